@@ -52,10 +52,7 @@ class Answer:
     """The parts of an answer in their order, without those that are None. error: raised after they are printed."""
 
     def __init__(
-        self,
-        *parts: str | Table | File | None,
-        exit: Exit = Exit.ACCEPTED,
-        error: AcceptError | None = None,
+        self, *parts: str | Table | File | None, exit: Exit = Exit.ACCEPTED, error: AcceptError | None = None
     ) -> None:
         self.parts, self.exit, self.error = parts, exit, error
 

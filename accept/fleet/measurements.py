@@ -91,11 +91,7 @@ def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
 
 
 def _frame(
-    found: Mapping[str, Column],
-    quantities: Collection[str] | None,
-    columns: Collection[str],
-    after: int,
-    brief: bool,
+    found: Mapping[str, Column], quantities: Collection[str] | None, columns: Collection[str], after: int, brief: bool
 ) -> pd.DataFrame:
     """Return the rows of the findings; what is stated once for a judgement is repeated."""
     judgement = np.repeat(np.arange(found["seq"][0].size, dtype=np.int32), found["findings"][0])

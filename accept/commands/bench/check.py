@@ -6,7 +6,7 @@ from contextlib import closing
 from datetime import UTC, datetime
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
@@ -29,10 +29,10 @@ Evidence = dict[str, Any]
 
 @command
 def run(
-    name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
+    name: Annotated[str, Argument(help="The instrument's name in the bench file.")],
     bench: Bench = None,
-    readings: Annotated[int, typer.Option(min=1, max=100, help="Readings of the artefact.")] = 3,
-    in_place: Annotated[bool, typer.Option("--in-place", help="The artefact is in place: ask nothing.")] = False,
+    readings: Annotated[int, Option(min=1, max=100, help="Readings of the artefact.")] = 3,
+    in_place: Annotated[bool, Option("--in-place", help="The artefact is in place: ask nothing.")] = False,
     json: Json = None,
     operator: Measurer = None,
 ) -> Answer:

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from typing import Annotated
 
-import typer
+from typer import Argument
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import operator_name, say
@@ -37,7 +37,7 @@ class TrialResult:
 
 @command
 def commission(
-    name: Annotated[str, typer.Argument(help="The instrument's name in the bench file.")],
+    name: Annotated[str, Argument(help="The instrument's name in the bench file.")],
     bench: Bench = None,
     operator: Measurer = None,
 ) -> Answer:

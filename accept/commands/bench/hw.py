@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-import typer
 from rich.table import Column
 from serial.tools.list_ports import comports
+from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
@@ -41,8 +41,8 @@ LISTED = ("name", "driver", "measures", "model", "serial", "port", "calibrated u
 ASKED = ("name", "connected as", "answered", "connect s", "reading s")
 SOON_DAYS = 30  # before a calibration ends it is marked
 T = TypeVar("T")
-Bench = Annotated[Path | None, typer.Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
-Measurer = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
+Bench = Annotated[Path | None, Option("--bench", help="Bench file; default: bench.toml in ACCEPT_HOME.")]
+Measurer = Annotated[str | None, Option(envvar="ACCEPT_OPERATOR", help="Who measures.")]
 
 
 def bench_path(given: Path | None) -> Path:
@@ -132,7 +132,7 @@ def _port(entry: InstrumentEntry) -> str:
 
 @command
 def ask(
-    names: Annotated[list[str] | None, typer.Argument(help="Names of instruments; default: all.")] = None,
+    names: Annotated[list[str] | None, Argument(help="Names of instruments; default: all.")] = None,
     bench: Bench = None,
     json: JsonAnswer = None,
 ) -> Answer:
@@ -206,13 +206,11 @@ def _reading_words(one: InstrumentAsked) -> str:
 
 @command
 def measure(
-    unit: Annotated[Path, typer.Argument(help="Unit folder.")],
-    section: Annotated[str, typer.Argument(help="As in unit.toml: flatness, capacitance, stroke, stiffness, frf...")],
+    unit: Annotated[Path, Argument(help="Unit folder.")],
+    section: Annotated[str, Argument(help="As in unit.toml: flatness, capacitance, stroke, stiffness, frf...")],
     bench: Bench = None,
-    begin: Annotated[str | None, typer.Option(help="Serial of a new APA: makes its folder.")] = None,
-    dwell: Annotated[
-        float | None, typer.Option(min=0.1, help="Time per step if the rig drives the voltage [s].")
-    ] = None,
+    begin: Annotated[str | None, Option(help="Serial of a new APA: makes its folder.")] = None,
+    dwell: Annotated[float | None, Option(min=0.1, help="Time per step if the rig drives the voltage [s].")] = None,
     operator: Measurer = None,
 ) -> Answer:
     """Measure a section of a unit with its instrument."""
@@ -260,13 +258,13 @@ def _actions(bench: BenchFile, dwell_s: float | None) -> OperatorActions:
 
 @command
 def pickup(
-    place: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of the rig's records; else as [rig] says.")],
-    unit: Annotated[Path | None, typer.Argument(help="Unit folder.")] = None,
-    section: Annotated[str | None, typer.Argument(help="Section of unit.toml, such as frf.")] = None,
-    name: Annotated[str | None, typer.Argument(help="The record's name there, such as low.")] = None,
+    place: Annotated[Path, Argument(metavar="FOLDER", help="Folder of the rig's records; else as [rig] says.")],
+    unit: Annotated[Path | None, Argument(help="Unit folder.")] = None,
+    section: Annotated[str | None, Argument(help="Section of unit.toml, such as frf.")] = None,
+    name: Annotated[str | None, Argument(help="The record's name there, such as low.")] = None,
     bench: Bench = None,
-    wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
-    old: Annotated[bool, typer.Option("--old", help="Also take a record that is there already.")] = False,
+    wait: Annotated[float, Option(min=0.0, help="How long to wait for it [s].")] = 600.0,
+    old: Annotated[bool, Option("--old", help="Also take a record that is there already.")] = False,
     operator: Measurer = None,
 ) -> Answer:
     """Copy the rig's next record into a unit folder. With [rig] in the bench file UNIT alone, and all that it names."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base import loading
 from accept.base.atomic_files import UNIT_FILE
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 class RunOptions:
     """The command line, as typed."""
 
-    unit: Annotated[str | None, typer.Argument(help="Serial or unit folder to continue with.")] = None
+    unit: Annotated[str | None, Argument(help="Serial or unit folder to continue with.")] = None
     spec: SpecName = None
     bench: BenchPath = None
-    records: Annotated[Path | None, typer.Option(help="Folder that new record files arrive in.")] = None
+    records: Annotated[Path | None, Option(help="Folder that new record files arrive in.")] = None
     operator: Annotated[
-        str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name of the operator; default: who worked here last.")
+        str | None, Option(envvar="ACCEPT_OPERATOR", help="Name of the operator; default: who worked here last.")
     ] = None
-    training: Annotated[bool, typer.Option("--training", help="A simulated unit with a hidden fault.")] = False
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the training unit; default: random.")] = None
+    training: Annotated[bool, Option("--training", help="A simulated unit with a hidden fault.")] = False
+    seed: Annotated[int | None, Option(min=0, help="Seed of the training unit; default: random.")] = None
 
     def arguments(self) -> list[str]:
         """Return what would be typed to get this."""
@@ -52,8 +52,8 @@ class RunOptions:
 
 def run(
     wanted: RunOptions,
-    web: Annotated[bool, typer.Option("--web", help="Show the screens in a browser (extra `web`).")] = False,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Port for --web, on 127.0.0.1.")] = 8000,
+    web: Annotated[bool, Option("--web", help="Show the screens in a browser (extra `web`).")] = False,
+    port: Annotated[int, Option(min=1, max=65535, help="Port for --web, on 127.0.0.1.")] = 8000,
 ) -> Exit:
     """Measure a unit step by step, up to the signed certificate."""
     return browser.run(wanted.arguments(), port) if web else show(wanted)

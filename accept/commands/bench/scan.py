@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.base.console import say
 from accept.base.documents.listings import PlaceSeen, PlacesSeen
@@ -16,9 +16,9 @@ PY = "@py"
 @command
 def scan(
     resource: Annotated[
-        list[str] | None, typer.Option(help="VISA name of an instrument to ask, too, or host:number of an IDS3010.")
+        list[str] | None, Option(help="VISA name of an instrument to ask, too, or host:number of an IDS3010.")
     ] = None,
-    library: Annotated[str, typer.Option(help="VISA library: @py (pyvisa-py), @ivi (of an adapter's maker).")] = PY,
+    library: Annotated[str, Option(help="VISA library: @py (pyvisa-py), @ivi (of an adapter's maker).")] = PY,
     json: JsonAnswer = None,
 ) -> Answer:
     """Find ports and VISA instruments. Proposes a bench file; serial ports are only listened to."""

@@ -13,7 +13,7 @@ from types import FrameType
 from typing import Annotated
 
 import tomlkit
-import typer
+from typer import Option
 
 from accept.base.console import say, tell
 from accept.commands.answer import Answer, command, refusal
@@ -67,15 +67,15 @@ class InjectedFault:
 
 @command
 def run(
-    unit: Annotated[Path, typer.Option(help="Unit folder whose values the instruments measure.")],
-    out: Annotated[Path | None, typer.Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
-    seconds: Annotated[float | None, typer.Option(min=0.0, help="End by itself after so long [s].")] = None,
+    unit: Annotated[Path, Option(help="Unit folder whose values the instruments measure.")],
+    out: Annotated[Path | None, Option(help="Folder for ports and bench.toml; else a temporary one.")] = None,
+    seed: Annotated[int, Option(min=0, help="Of the noise.")] = 0,
+    seconds: Annotated[float | None, Option(min=0.0, help="End by itself after so long [s].")] = None,
     recorder: Annotated[
-        bool, typer.Option("--recorder", help="Also a recorder, which plays a simulated unit of the same kind.")
+        bool, Option("--recorder", help="Also a recorder, which plays a simulated unit of the same kind.")
     ] = False,
     fault: Annotated[
-        list[str] | None, typer.Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
+        list[str] | None, Option(help="As gauge:menu_open, lcr:half_line:3 (replies later), gauge:swapped:probe.")
     ] = None,
 ) -> Answer:
     """Simulate instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from accept.commands.answer import Answer, command, refusal
 from accept.store import open_store
@@ -18,8 +18,8 @@ MAX_BYTES = 50_000_000  # of a file with a transcript
 
 @command
 def run(
-    source: Annotated[str, typer.Argument(help="Serial of a unit in the store, or a commissioning record.")],
-    instrument: Annotated[str | None, typer.Option(help="Only this instrument of the bench file.")] = None,
+    source: Annotated[str, Argument(help="Serial of a unit in the store, or a commissioning record.")],
+    instrument: Annotated[str | None, Option(help="Only this instrument of the bench file.")] = None,
 ) -> Answer:
     """Print the bytes that an instrument sent and received. A line each: time (UTC), direction, bytes."""
     found = list(_transcripts(source, instrument))

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from typing import Annotated
 from urllib.parse import urlsplit
 
-import typer
+from typer import Argument, Option
 
 from accept.base.child_processes import environment
 from accept.base.exit_codes import Exit
@@ -21,9 +21,9 @@ _LOCAL = (HERE, "localhost", "::1")
 
 @command
 def run(
-    scheduler: Annotated[str, typer.Argument(help="Address of the scheduler, tcp://HOST:8786.")],
-    host: Annotated[str, typer.Option(help="This machine's address in the network of the cluster.")] = HERE,
-    workers: Annotated[int, typer.Option(min=1, help="How many processes, one a core.")] = 1,
+    scheduler: Annotated[str, Argument(help="Address of the scheduler, tcp://HOST:8786.")],
+    host: Annotated[str, Option(help="This machine's address in the network of the cluster.")] = HERE,
+    workers: Annotated[int, Option(min=1, help="How many processes, one a core.")] = 1,
 ) -> Answer:
     """Start workers of a cluster on this machine. They listen on this machine alone unless --host names its address."""
     if find_spec("distributed") is None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import pandas as pd
-import typer
+from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
@@ -34,7 +34,7 @@ def _read(table: Path, columns: Sequence[str]) -> pd.DataFrame:
     return frame
 
 
-AtTheBench = Annotated[str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
+AtTheBench = Annotated[str | None, Option(envvar="ACCEPT_OPERATOR", help="Who is at the bench.")]
 
 
 @command
@@ -42,7 +42,7 @@ def gauge_study(
     wanted: GaugeOptions,
     choice: JudgementFilter,
     outputs: Outputs,
-    table: Annotated[Path | None, typer.Argument(help="CSV file with columns part, operator, value.")] = None,
+    table: Annotated[Path | None, Argument(help="CSV file with columns part, operator, value.")] = None,
     plot: Plot = None,
 ) -> Answer:
     """Evaluate a gauge study. Repeatability, reproducibility, U for a spec; exit 4 if conditional, 3 if not usable."""
@@ -82,9 +82,9 @@ def gauge_study(
 
 @command
 def gauge_bias(
-    table: Annotated[Path, typer.Argument(help="CSV file with the column value: one part, in order.")],
-    reference: Annotated[float, typer.Option(help="Value of the part by its certificate.")],
-    tolerance: Annotated[float | None, typer.Option(help="Distance between the limits: gives Cg and Cgk.")] = None,
+    table: Annotated[Path, Argument(help="CSV file with the column value: one part, in order.")],
+    reference: Annotated[float, Option(help="Value of the part by its certificate.")],
+    tolerance: Annotated[float | None, Option(help="Distance between the limits: gives Cg and Cgk.")] = None,
     plot: Plot = None,
     *,
     outputs: Outputs,
@@ -111,7 +111,7 @@ def gauge_bias(
 
 @command
 def gauge_linearity(
-    table: Annotated[Path, typer.Argument(help="CSV file with columns reference, value: several parts.")],
+    table: Annotated[Path, Argument(help="CSV file with columns reference, value: several parts.")],
     plot: Plot = None,
     *,
     outputs: Outputs,
@@ -140,10 +140,10 @@ def gauge_linearity(
 
 @command
 def golden_name(
-    serial: Annotated[str, typer.Argument(help="Serial of a judged unit.")],
-    expect: Annotated[ExpectedGolden, typer.Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
-    last: Annotated[int, typer.Option(min=1, help="How many of its last judgements give the reference.")] = 1,
-    reason: Annotated[str, typer.Option(help="Why the reference of a golden unit is changed.")] = "",
+    serial: Annotated[str, Argument(help="Serial of a judged unit.")],
+    expect: Annotated[ExpectedGolden, Option(help="What it must always be.")] = ExpectedGolden.ACCEPTED,
+    last: Annotated[int, Option(min=1, help="How many of its last judgements give the reference.")] = 1,
+    reason: Annotated[str, Option(help="Why the reference of a golden unit is changed.")] = "",
     operator: AtTheBench = None,
     passphrase_file: QaPassphrase = None,
 ) -> Answer:
@@ -187,8 +187,8 @@ def golden_list(json: JsonAnswer = None) -> Answer:
 
 @command
 def golden_retire(
-    serial: Annotated[str, typer.Argument(help="Serial of a golden unit.")],
-    reason: Annotated[str, typer.Option(help="Why.")],
+    serial: Annotated[str, Argument(help="Serial of a golden unit.")],
+    reason: Annotated[str, Option(help="Why.")],
     passphrase_file: QaPassphrase = None,
 ) -> Answer:
     """Make a golden unit an ordinary one. Quality assurance signs the decision with its key."""
@@ -200,7 +200,7 @@ def golden_retire(
 
 @command
 def golden_check(
-    hours: Annotated[float, typer.Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
+    hours: Annotated[float, Option(min=0.1, help="How long ago the shift began [h].")] = 12.0,
     operator: AtTheBench = None,
     json: JsonAnswer = None,
 ) -> Answer:
@@ -227,8 +227,7 @@ def golden_check(
 
 @command
 def golden_resolve(
-    reason: Annotated[str, typer.Option(help="What was wrong and what was done.")],
-    passphrase_file: QaPassphrase = None,
+    reason: Annotated[str, Option(help="What was wrong and what was done.")], passphrase_file: QaPassphrase = None
 ) -> Answer:
     """Let a stopped bench judge again. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)

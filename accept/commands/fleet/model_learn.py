@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base.atomic_files import check_places
 from accept.base.console import say
@@ -26,8 +26,8 @@ MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
 
 @command
 def run(
-    units: Annotated[list[Path], typer.Argument(help="Unit folders of one batch, three or more.")],
-    out: Annotated[Path, typer.Option(help="Folder for population.toml, population.pdf and population.json.")],
+    units: Annotated[list[Path], Argument(help="Unit folders of one batch, three or more.")],
+    out: Annotated[Path, Option(help="Folder for population.toml, population.pdf and population.json.")],
     model: StartModelName = None,
 ) -> Answer:
     """Learn a model from a batch. Its mean, its scatter, what its bench adds, and which units do not belong."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.commands.options import Csv, Json, installed
 
@@ -60,12 +60,9 @@ class ExpectedGolden(StrEnum):
 class JudgementFilter:
     """Which judgements are asked about."""
 
-    since: Annotated[str | None, typer.Option(help="First day (2026-10-05) or month (2026-10), UTC.")] = None
-    until: Annotated[str | None, typer.Option(help="Last day or month, UTC.")] = None
-    kind: Annotated[
-        str | None,
-        typer.Option("--kind", help="Only units of this product.", callback=installed),
-    ] = None
+    since: Annotated[str | None, Option(help="First day (2026-10-05) or month (2026-10), UTC.")] = None
+    until: Annotated[str | None, Option(help="Last day or month, UTC.")] = None
+    kind: Annotated[str | None, Option("--kind", help="Only units of this product.", callback=installed)] = None
 
 
 @dataclass(frozen=True)
@@ -80,28 +77,26 @@ class Outputs:
 class ListOptions:
     """Which of the chosen judgements are listed."""
 
-    failed: Annotated[bool, typer.Option("--failed", help="Only units that are not accepted.")] = False
-    verdict: Annotated[ListedVerdict | None, typer.Option(help="Only this verdict.")] = None
-    check: Annotated[str | None, typer.Option(help="Only where this check or quantity did not pass.")] = None
-    all_attempts: Annotated[
-        bool, typer.Option("--all-attempts", help="Every judgement, not the last of each unit.")
-    ] = False
+    failed: Annotated[bool, Option("--failed", help="Only units that are not accepted.")] = False
+    verdict: Annotated[ListedVerdict | None, Option(help="Only this verdict.")] = None
+    check: Annotated[str | None, Option(help="Only where this check or quantity did not pass.")] = None
+    all_attempts: Annotated[bool, Option("--all-attempts", help="Every judgement, not the last of each unit.")] = False
 
 
 @dataclass(frozen=True)
 class GaugeOptions:
     """The data of a gauge study, and the tolerance that it is compared with."""
 
-    quantity: Annotated[str | None, typer.Option(help="Instead: repeated judgements of this quantity.")] = None
-    tolerance: Annotated[float | None, typer.Option(min=0.0, help="Distance between the limits.")] = None
-    study: Annotated[str | None, typer.Option(help="With --quantity: only judgements of this [origin] study.")] = None
+    quantity: Annotated[str | None, Option(help="Instead: repeated judgements of this quantity.")] = None
+    tolerance: Annotated[float | None, Option(min=0.0, help="Distance between the limits.")] = None
+    study: Annotated[str | None, Option(help="With --quantity: only judgements of this [origin] study.")] = None
 
 
 @dataclass(frozen=True)
 class MatchOptions:
     """Which sets are looked for."""
 
-    n: Annotated[int, typer.Option("--n", min=2, help="Units of a set.")] = 6
-    sets: Annotated[int, typer.Option(min=1, help="Disjoint sets.")] = 1
-    kind: Annotated[str, typer.Option(help="Product (accept product list).", callback=installed)] = "strut"
-    by: Annotated[list[str] | None, typer.Option(help="Quantities that should agree; repeat the option.")] = None
+    n: Annotated[int, Option("--n", min=2, help="Units of a set.")] = 6
+    sets: Annotated[int, Option(min=1, help="Disjoint sets.")] = 1
+    kind: Annotated[str, Option(help="Product (accept product list).", callback=installed)] = "strut"
+    by: Annotated[list[str] | None, Option(help="Quantities that should agree; repeat the option.")] = None

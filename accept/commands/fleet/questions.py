@@ -5,7 +5,7 @@ from math import isnan
 from typing import Annotated, Any
 
 import pandas as pd
-import typer
+from typer import Argument, Option
 
 from accept.commands.answer import Answer, Remark, command, picture
 from accept.commands.fleet.answers import chosen, files, is_chosen, left_out, named, rows, telling
@@ -14,13 +14,7 @@ from accept.commands.options import Plot
 from accept.fleet import history as histories
 from accept.fleet import yields
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import (
-    COLUMNS,
-    attempts,
-    held,
-    latest,
-    measurements,
-)
+from accept.fleet.measurements import COLUMNS, attempts, held, latest, measurements
 from accept.judging.decisions import words_of
 from accept.judging.nonconformance import standing
 from accept.pictures.labels import label_and_name, label_of
@@ -46,7 +40,7 @@ def _stored_rows(serial: str | None = None, columns: Collection[str] = COLUMNS, 
 
 @command
 def history(
-    serial: Annotated[str, typer.Argument(help="Serial of a unit.")], *, plot: Plot = None, outputs: Outputs
+    serial: Annotated[str, Argument(help="Serial of a unit.")], *, plot: Plot = None, outputs: Outputs
 ) -> Answer:
     """Show every attempt of a unit. Its values with U, and what changed by more than the uncertainties allow."""
     with open_store() as store:
@@ -140,7 +134,7 @@ def _stopped_by(frame: pd.DataFrame, check: str) -> pd.Series:
 @command
 def first_pass(
     *,
-    by: Annotated[By, typer.Option(help="Groups.")] = By.MONTH,
+    by: Annotated[By, Option(help="Groups.")] = By.MONTH,
     choice: JudgementFilter,
     plot: Plot = None,
     outputs: Outputs,

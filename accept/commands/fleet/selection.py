@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import pandas as pd
-import typer
+from typer import Option
 
 from accept.base.cluster.connect import connected
 from accept.base.console import say
@@ -28,9 +28,9 @@ SHOWN = 500  # flips on the terminal; the files have all
 
 @command
 def rejudge(
-    spec: Annotated[list[str], typer.Option("--spec", help="Built-in spec or TOML file; one of each kind.")],
+    spec: Annotated[list[str], Option("--spec", help="Built-in spec or TOML file; one of each kind.")],
     *,
-    records: Annotated[bool, typer.Option("--records", help="Measure unit folders again where unchanged.")] = False,
+    records: Annotated[bool, Option("--records", help="Measure unit folders again where unchanged.")] = False,
     cluster: ClusterAt = None,
     outputs: Outputs,
 ) -> Answer:

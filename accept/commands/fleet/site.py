@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.base.progress import busy
 from accept.commands.answer import Answer, Remark, command
@@ -14,9 +14,9 @@ from accept.store import open_store
 
 @command
 def run(
-    out: Annotated[Path, typer.Option(help="Folder for the page.")],
-    last: Annotated[int, typer.Option(min=1, help="How many judgements are shown, the last ones of the store.")] = MOST,
-    units: Annotated[list[Path] | None, typer.Option(help="Unit folders whose curves are shown; repeat.")] = None,
+    out: Annotated[Path, Option(help="Folder for the page.")],
+    last: Annotated[int, Option(min=1, help="How many judgements are shown, the last ones of the store.")] = MOST,
+    units: Annotated[list[Path] | None, Option(help="Unit folders whose curves are shown; repeat.")] = None,
 ) -> Answer:
     """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
     panels = {}

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 import pandas as pd
-import typer
+from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
@@ -24,19 +24,17 @@ from accept.store import open_store
 
 @command
 def trend(
-    quantity: Annotated[str, typer.Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
+    quantity: Annotated[str, Argument(help="A quantity, such as stroke_um; check:lcr for the reference of lcr.")],
     *,
-    by: Annotated[TrendBy, typer.Option(help="A chart for each of these.")] = TrendBy.ALL,
+    by: Annotated[TrendBy, Option(help="A chart for each of these.")] = TrendBy.ALL,
     baseline: Annotated[
         str | None,
-        typer.Option(
-            help="Days of a good process, 2026-10-01..2026-10-15: store it; later values are compared with it."
-        ),
+        Option(help="Days of a good process, 2026-10-01..2026-10-15: store it; later values are compared with it."),
     ] = None,
-    reason: Annotated[str, typer.Option(help="Why a baseline is revised.")] = "",
+    reason: Annotated[str, Option(help="Why a baseline is revised.")] = "",
     operator: Operator = None,
     rules: Annotated[
-        str | None, typer.Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
+        str | None, Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
     ] = None,
     choice: JudgementFilter,
     plot: Plot = None,

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 from rich.table import Table
+from typer import Argument, Option
 
 from accept.analysis.hammer import ImpactResponse, hammer_json, hammer_responses
 from accept.analysis.imported_response import ImportedResponse, ResponseDifference, differences, import_response
@@ -43,15 +43,13 @@ class SourceOptions:
     """How the channels of the files are called, and their time."""
 
     input: Annotated[
-        str | None, typer.Option(help="Channel that drives; all others are outputs. Default: Va, of a hammer Track1.")
+        str | None, Option(help="Channel that drives; all others are outputs. Default: Va, of a hammer Track1.")
     ] = None
     map: Annotated[
-        list[str] | None, typer.Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
+        list[str] | None, Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
     ] = None
-    ts: Annotated[float | None, typer.Option(help="Sampling time [s] where the file has no time vector.")] = None
-    bench: Annotated[Path | None, typer.Option(help="Bench file: channels, gains and sampling time of its [rig].")] = (
-        None
-    )
+    ts: Annotated[float | None, Option(help="Sampling time [s] where the file has no time vector.")] = None
+    bench: Annotated[Path | None, Option(help="Bench file: channels, gains and sampling time of its [rig].")] = None
 
 
 @dataclass(frozen=True)
@@ -59,24 +57,24 @@ class HammerOptions:
     """A hammer test, and the rules by which its hits are good: the defaults are those of the check spurious_modes."""
 
     hammer: Annotated[
-        bool, typer.Option("--hammer", help="Hits of a hammer: the average over all good ones of all records.")
+        bool, Option("--hammer", help="Hits of a hammer: the average over all good ones of all records.")
     ] = False
-    block_s: Annotated[float, typer.Option(min=1e-3, help="Longest block after a hit [s].")] = 4.0
+    block_s: Annotated[float, Option(min=1e-3, help="Longest block after a hit [s].")] = 4.0
     window_decay: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Decay rate [1/s] of the exponential window; default: what a cut decay needs."),
+        Option(min=0.0, help="Decay rate [1/s] of the exponential window; default: what a cut decay needs."),
     ] = None
-    double_hit_ms: Annotated[
-        float, typer.Option(min=0.0, help="A second peak within this many ms makes a double hit.")
-    ] = 100.0
+    double_hit_ms: Annotated[float, Option(min=0.0, help="A second peak within this many ms makes a double hit.")] = (
+        100.0
+    )
     double_hit_share: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="A second peak counts from this part of the first one.")
+        float, Option(min=0.0, max=1.0, help="A second peak counts from this part of the first one.")
     ] = 0.03
     ringing_samples: Annotated[
-        float, typer.Option(min=0.0, help="Samples for which the analyser's filter rings after a hit.")
+        float, Option(min=0.0, help="Samples for which the analyser's filter rings after a hit.")
     ] = 5.0
     force_range_N: Annotated[
-        float | None, typer.Option("--force-range-N", help="Range of the force sensor: beyond, a hit is an overload.")
+        float | None, Option("--force-range-N", help="Range of the force sensor: beyond, a hit is an overload.")
     ] = None
 
 
@@ -84,15 +82,11 @@ class HammerOptions:
 class ResponseOptions:
     """Statements that a file of responses lacks, and a response to compare with."""
 
-    averages: Annotated[
-        float | None, typer.Option(help="Averages behind the coherence that a file of responses states.")
-    ] = None
-    noise: Annotated[float | None, typer.Option(help="Relative noise of a response whose file states none: 0.005.")] = (
+    averages: Annotated[float | None, Option(help="Averages behind the coherence that a file of responses states.")] = (
         None
     )
-    against: Annotated[
-        Path | None, typer.Option(help="File of responses to compare with: .uff, .mat, .csv or .json.")
-    ] = None
+    noise: Annotated[float | None, Option(help="Relative noise of a response whose file states none: 0.005.")] = None
+    against: Annotated[Path | None, Option(help="File of responses to compare with: .uff, .mat, .csv or .json.")] = None
 
 
 @dataclass(frozen=True)
@@ -101,10 +95,10 @@ class FrfOutputs:
 
     json: Json = None
     csv: Csv = None
-    mat: Annotated[Path | None, typer.Option(help="MATLAB file to write, with the fields of an frd object.")] = None
+    mat: Annotated[Path | None, Option(help="MATLAB file to write, with the fields of an frd object.")] = None
     plot: Plot = None
-    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
-    html: Annotated[Path | None, typer.Option(help="Interactive plot, one page (extra `site`).")] = None
+    uff: Annotated[Path | None, Option(help="Universal file (data set 58) to write.")] = None
+    html: Annotated[Path | None, Option(help="Interactive plot, one page (extra `site`).")] = None
 
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
@@ -116,24 +110,22 @@ LEAST_U = 1e-4  # smaller ones are said to be below it
 @command
 def run(
     records: Annotated[
-        list[Path],
-        typer.Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms), or files of responses (.json too)."),
+        list[Path], Argument(help="Record files (.mat, .csv, .txt, .uff, .tdms), or files of responses (.json too).")
     ],
     sources: SourceOptions,
     hits: HammerOptions,
     others: ResponseOptions,
     outputs: FrfOutputs,
     estimator: Annotated[
-        Estimator,
-        typer.Option(help="auto: over the periods of a periodic input, else h1. Of a hammer: h1 (auto), h2 or hv."),
+        Estimator, Option(help="auto: over the periods of a periodic input, else h1. Of a hammer: h1 (auto), h2 or hv.")
     ] = Estimator.AUTO,
-    segment_s: Annotated[float, typer.Option(min=1e-4, help="Length of the Hann segments of h1 [s].")] = 0.5,
-    f_lo: Annotated[float, typer.Option(min=0.0, help="Lowest frequency [Hz].")] = 0.0,
+    segment_s: Annotated[float, Option(min=1e-4, help="Length of the Hann segments of h1 [s].")] = 0.5,
+    f_lo: Annotated[float, Option(min=0.0, help="Lowest frequency [Hz].")] = 0.0,
     f_hi: Annotated[
-        float | None, typer.Option(help="Highest frequency [Hz]; default half of the sampling's, of a hammer 1/2.56.")
+        float | None, Option(help="Highest frequency [Hz]; default half of the sampling's, of a hammer 1/2.56.")
     ] = None,
     merge_Hz: Annotated[
-        float | None, typer.Option("--merge-Hz", help="Join two records: the first up to here, the second above.")
+        float | None, Option("--merge-Hz", help="Join two records: the first up to here, the second above.")
     ] = None,
 ) -> Answer:
     """Compute frequency responses of records. With coherence, variance and resonances; with --hammer of hits."""

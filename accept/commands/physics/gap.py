@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from accept.base.cluster.connect import connected
 from accept.base.console import say, tell
@@ -32,15 +32,13 @@ FILE_TOO_LITTLE = (
 
 @command
 def run(
-    units: Annotated[
-        list[Path], typer.Argument(help="Unit folders with a section [frf], or folders that contain them.")
-    ],
-    out: Annotated[Path, typer.Option(help="Folder for gap.json, gap.pdf and model.toml.")],
+    units: Annotated[list[Path], Argument(help="Unit folders with a section [frf], or folders that contain them.")],
+    out: Annotated[Path, Option(help="Folder for gap.json, gap.pdf and model.toml.")],
     model: StartModelName = None,
-    fleet: Annotated[bool, typer.Option("--fleet", help="Say which effects all units have in common.")] = False,
-    without: Annotated[list[str] | None, typer.Option("--without", help="Leave an effect out of the library.")] = None,
-    empirical: Annotated[bool, typer.Option("--empirical", help="Add unidentified effects to the model.")] = False,
-    html: Annotated[bool, typer.Option("--html", help="Also write gap.html, plots to zoom in.")] = False,
+    fleet: Annotated[bool, Option("--fleet", help="Say which effects all units have in common.")] = False,
+    without: Annotated[list[str] | None, Option("--without", help="Leave an effect out of the library.")] = None,
+    empirical: Annotated[bool, Option("--empirical", help="Add unidentified effects to the model.")] = False,
+    html: Annotated[bool, Option("--html", help="Also write gap.html, plots to zoom in.")] = False,
     cluster: ClusterAt = None,
 ) -> Answer:
     """Name what is missing from the model. Where simulation and data disagree, and how the gap shrinks."""

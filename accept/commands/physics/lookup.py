@@ -4,7 +4,7 @@ import time
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.base.cluster.connect import connected
 from accept.base.console import say
@@ -23,13 +23,11 @@ from checks.model import Model
 @command
 def run_build(
     model: ModelName = "strut-as-built",
-    nx: Annotated[int, typer.Option(min=3, max=999, help="Places along dx.")] = 41,
-    ny: Annotated[int, typer.Option(min=3, max=999, help="Places along dy.")] = 41,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes; without it as many as there are cores.")
-    ] = None,
+    nx: Annotated[int, Option(min=3, max=999, help="Places along dx.")] = 41,
+    ny: Annotated[int, Option(min=3, max=999, help="Places along dy.")] = 41,
+    workers: Annotated[int | None, Option(min=1, help="Processes; without it as many as there are cores.")] = None,
     cluster: ClusterAt = None,
-    force: Annotated[bool, typer.Option("--force", help="Build it even if it is there.")] = False,
+    force: Annotated[bool, Option("--force", help="Build it even if it is there.")] = False,
 ) -> Answer:
     """Tabulate the ratio de / da over dx, dy. Goes on where an earlier build was stopped."""
     opened = open_model(model)
@@ -51,7 +49,7 @@ def run_build(
 
 @command
 def run_info(
-    model: Annotated[str | None, typer.Option("--model", help="Say which table is this model's.")] = None,
+    model: Annotated[str | None, Option("--model", help="Say which table is this model's.")] = None,
     json: JsonAnswer = None,
 ) -> Answer:
     """Show the tables that are there, and whether they are whole."""

@@ -4,7 +4,7 @@ determined."""
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.analysis.imported_response import ImportedResponse, import_response
 from accept.analysis.misalignment import as_document, estimate_or_reason
@@ -22,8 +22,8 @@ from specs.plugins import product_named
 
 @command
 def run(
-    unit: Annotated[Path, typer.Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
-    model: Annotated[str | None, typer.Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
+    unit: Annotated[Path, Argument(help="Folder of a strut with a section [frf], or a file of its responses.")],
+    model: Annotated[str | None, Option("--model", help="Built-in model or file; else strut-as-built.")] = None,
     json: JsonAnswer = None,
     plot: Plot = None,
 ) -> Answer:

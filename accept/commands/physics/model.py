@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import typer
 from rich.table import Column
+from typer import Argument, Option
 
 from accept.analysis.model_export import save_state_space
 from accept.base.documents.listings import ModelList, ModelListed, ModelShown, ParameterShown
@@ -124,7 +124,7 @@ def frf(wanted: FrfOptions) -> Answer:
 
 @command
 def export(
-    out: Annotated[Path, typer.Option(help="MATLAB file to write: A, B, C, D with names and units.")],
+    out: Annotated[Path, Option(help="MATLAB file to write: A, B, C, D with names and units.")],
     model: ModelName = "strut",
 ) -> Answer:
     """Write the state space from Va to the channels as a MATLAB file."""
@@ -135,8 +135,7 @@ def export(
 
 @command
 def run_sweep(
-    what: Annotated[str, typer.Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")],
-    wanted: ParameterSweepOptions,
+    what: Annotated[str, Argument(help="dy, dx, dz, kz, kR, cR, or a parameter's name.")], wanted: ParameterSweepOptions
 ) -> Answer:
     """Compute poles and zeros over a row of values. Without --value the published ones."""
     model = open_model_file(wanted.model).model

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from rich.table import Table
+from typer import Argument
 
 from accept.analysis.model_fit import FittedModel, document, fit_unit, write_fitted
 from accept.base.atomic_files import check_places
@@ -25,7 +25,7 @@ COLUMNS = 3  # a row of panels per channel
 @command
 def run(
     unit: Annotated[
-        Path, typer.Argument(help="Unit folder with a section [frf], or a file of responses (.uff, .mat, .csv, .json).")
+        Path, Argument(help="Unit folder with a section [frf], or a file of responses (.uff, .mat, .csv, .json).")
     ],
     wanted: FitOptions,
     outputs: FitOutputs,

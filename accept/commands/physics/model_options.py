@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.commands.options import Csv, Json, ModelName, Plot, StartModelName
 
-FirstHz = Annotated[float, typer.Option("--f-lo", help="First frequency [Hz].")]
-LastHz = Annotated[float, typer.Option("--f-hi", help="Last frequency [Hz].")]
+FirstHz = Annotated[float, Option("--f-lo", help="First frequency [Hz].")]
+LastHz = Annotated[float, Option("--f-hi", help="Last frequency [Hz].")]
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,8 @@ class ModesOptions:
     """Which poles and zeros are listed."""
 
     model: ModelName = "strut"
-    f_max: Annotated[float, typer.Option("--f-max", help="Highest frequency listed [Hz].")] = 2000.0
-    clamped: Annotated[bool, typer.Option("--clamped", help="With the payload held: the spurious modes.")] = False
+    f_max: Annotated[float, Option("--f-max", help="Highest frequency listed [Hz].")] = 2000.0
+    clamped: Annotated[bool, Option("--clamped", help="With the payload held: the spurious modes.")] = False
     json: Json = None
 
 
@@ -29,11 +29,11 @@ class FrfOptions:
     model: ModelName = "strut"
     f_lo: FirstHz = 10.0
     f_hi: LastHz = 2000.0
-    points: Annotated[int, typer.Option(help="Frequencies, evenly over log f.")] = 1000
+    points: Annotated[int, Option(help="Frequencies, evenly over log f.")] = 1000
     json: Json = None
     csv: Csv = None
-    mat: Annotated[Path | None, typer.Option(help="MATLAB file to write, with the fields of an frd object.")] = None
-    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
+    mat: Annotated[Path | None, Option(help="MATLAB file to write, with the fields of an frd object.")] = None
+    uff: Annotated[Path | None, Option(help="Universal file (data set 58) to write.")] = None
     plot: Plot = None
 
 
@@ -42,17 +42,17 @@ class FitOptions:
     """The start model of a fit, and its frequency band."""
 
     model: StartModelName = None
-    f_lo: Annotated[float, typer.Option("--f-lo", help="First frequency fitted [Hz].")] = 10.0
-    f_hi: Annotated[float, typer.Option("--f-hi", help="Last frequency fitted [Hz].")] = 2000.0
-    starts: Annotated[int, typer.Option(min=1, help="Starts of the search.")] = 3
+    f_lo: Annotated[float, Option("--f-lo", help="First frequency fitted [Hz].")] = 10.0
+    f_hi: Annotated[float, Option("--f-hi", help="Last frequency fitted [Hz].")] = 2000.0
+    starts: Annotated[int, Option(min=1, help="Starts of the search.")] = 3
 
 
 @dataclass(frozen=True)
 class FitOutputs:
     """Files of a fit; out: all three of them in a folder."""
 
-    out: Annotated[Path | None, typer.Option(help="Folder for model.toml, fit.pdf and fit.json.")] = None
-    write: Annotated[Path | None, typer.Option(help="The fitted model as a file.")] = None
+    out: Annotated[Path | None, Option(help="Folder for model.toml, fit.pdf and fit.json.")] = None
+    write: Annotated[Path | None, Option(help="The fitted model as a file.")] = None
     plot: Plot = None
     json: Json = None
 
@@ -71,8 +71,8 @@ class FitOutputs:
 class ParameterSweepOptions:
     """Values of a sweep, and files of its poles and zeros. values: None for the published ones."""
 
-    values: Annotated[list[float] | None, typer.Option("--value", help="A value; repeat for more.")] = None
-    channel: Annotated[str, typer.Option(help="Vs, de or da.")] = "de"
+    values: Annotated[list[float] | None, Option("--value", help="A value; repeat for more.")] = None
+    channel: Annotated[str, Option(help="Vs, de or da.")] = "de"
     model: ModelName = "strut"
     f_hi: LastHz = 800.0
     json: Json = None

@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 from typing import Annotated
 
-import typer
+from typer import Argument
 
 from accept.base.home import home
 from accept.certificate.trust import keys, spec_approval
@@ -15,10 +15,7 @@ from accept.judging.judge_unit import load_spec
 
 
 @command
-def run(
-    file: Annotated[str, typer.Argument(help="TOML file of the spec.")],
-    passphrase_file: QaPassphrase = None,
-) -> Answer:
+def run(file: Annotated[str, Argument(help="TOML file of the spec.")], passphrase_file: QaPassphrase = None) -> Answer:
     """Approve a spec with the key of quality assurance."""
     spec = load_spec(file)
     warn_of_home(home())

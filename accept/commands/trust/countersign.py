@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
@@ -22,15 +22,14 @@ from accept.store import DATABASE, StoreError, open_store
 
 @command
 def run(
-    certificate: Annotated[Path, typer.Argument(help="A certificate that the technician has signed.")],
+    certificate: Annotated[Path, Argument(help="A certificate that the technician has signed.")],
     passphrase_file: QaPassphrase = None,
     records: LargeRecords = None,
     tsa: TimeStamping = None,
     disposition: Annotated[
-        str,
-        typer.Option(help="Of a unit that was not accepted: use-as-is, rework, measure-again, return or scrap."),
+        str, Option(help="Of a unit that was not accepted: use-as-is, rework, measure-again, return or scrap.")
     ] = "",
-    because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")] = "",
+    because: Annotated[str, Option(help="Why: the reason of the disposition.")] = "",
 ) -> Answer:
     """Countersign a certificate as QA. It is verified first; a unit that was not accepted needs a disposition."""
     content, known = read_certificate(certificate), 0

@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from cryptography.hazmat.primitives.serialization import Encoding
+from typer import Argument, Option
 
 from accept.base.atomic_files import write_atomic
 from accept.base.console import operator_name
@@ -24,22 +24,20 @@ from accept.commands.trust.bench_keys import QA_PASSPHRASE, new_prompt, passphra
 CA_PASSPHRASE = "ACCEPT_CA_PASSPHRASE"
 NEW_PASSPHRASE = "ACCEPT_NEW_PASSPHRASE"
 
-Office = Annotated[Path | None, typer.Option("--authority", help="Folder with ca.key.pem, where it is off the bench.")]
-PassphraseFile = Annotated[Path | None, typer.Option("--passphrase-file", help="File with the passphrase.")]
-Who = Annotated[str, typer.Argument(help="Name of the person, or sha256 of the certificate.")]
+Office = Annotated[Path | None, Option("--authority", help="Folder with ca.key.pem, where it is off the bench.")]
+PassphraseFile = Annotated[Path | None, Option("--passphrase-file", help="File with the passphrase.")]
+Who = Annotated[str, Argument(help="Name of the person, or sha256 of the certificate.")]
 
 
 @command
 def init(
     technician: Annotated[
-        str | None, typer.Option(envvar="ACCEPT_OPERATOR", help="Name on the technician's certificate.")
+        str | None, Option(envvar="ACCEPT_OPERATOR", help="Name on the technician's certificate.")
     ] = None,
-    qa: Annotated[
-        str | None, typer.Option(help="Name on a QA engineer's certificate; without it none is made.")
-    ] = None,
+    qa: Annotated[str | None, Option(help="Name on a QA engineer's certificate; without it none is made.")] = None,
     passphrase_file: PassphraseFile = None,
     office: Annotated[
-        Path | None, typer.Option("--authority", help="Folder off the bench for the authority's key, as on a stick.")
+        Path | None, Option("--authority", help="Folder off the bench for the authority's key, as on a stick.")
     ] = None,
 ) -> Answer:
     """Make the bench's authority and the technician's key."""
@@ -100,9 +98,9 @@ def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
 
 @command
 def request(
-    role: Annotated[str, typer.Option(help="technician, qa, or bench for this bench's own key.")],
-    name: Annotated[str, typer.Option(help="The person, or what the bench is called.")],
-    out: Annotated[Path | None, typer.Option(help="Where to write the request; else beside the key.")] = None,
+    role: Annotated[str, Option(help="technician, qa, or bench for this bench's own key.")],
+    name: Annotated[str, Option(help="The person, or what the bench is called.")],
+    out: Annotated[Path | None, Option(help="Where to write the request; else beside the key.")] = None,
     passphrase_file: PassphraseFile = None,
 ) -> Answer:
     """Make a person's key and the request for its certificate. Of a bench: the request for the key that it has."""
@@ -120,8 +118,8 @@ def request(
 
 @command
 def issue(
-    file: Annotated[Path, typer.Argument(help="The request.")],
-    out: Annotated[Path | None, typer.Option(help="Where to write the certificate; else beside the key.")] = None,
+    file: Annotated[Path, Argument(help="The request.")],
+    out: Annotated[Path | None, Option(help="Where to write the certificate; else beside the key.")] = None,
     office: Office = None,
     passphrase_file: PassphraseFile = None,
 ) -> Answer:
@@ -137,7 +135,7 @@ def issue(
 
 
 @command
-def install(file: Annotated[Path, typer.Argument(help="The certificate that the authority issued.")]) -> Answer:
+def install(file: Annotated[Path, Argument(help="The certificate that the authority issued.")]) -> Answer:
     """Put a certificate beside its key at this bench."""
     return Answer(f"certificate in {key_changes.install(home(), keys.certificate_of(file))}")
 
@@ -145,8 +143,8 @@ def install(file: Annotated[Path, typer.Argument(help="The certificate that the 
 @command
 def revoke(
     who: Who,
-    reason: Annotated[str, typer.Option(help="left, lost or compromised.")] = "left",
-    since: Annotated[datetime | None, typer.Option(formats=["%Y-%m-%d"], help="First day; else from now on.")] = None,
+    reason: Annotated[str, Option(help="left, lost or compromised.")] = "left",
+    since: Annotated[datetime | None, Option(formats=["%Y-%m-%d"], help="First day; else from now on.")] = None,
     office: Office = None,
     passphrase_file: PassphraseFile = None,
 ) -> Answer:
@@ -170,10 +168,10 @@ def renew(who: Who, office: Office = None, passphrase_file: PassphraseFile = Non
 
 @command
 def passphrase(
-    who: Annotated[str, typer.Argument(help="Name of the person, or `authority`.")],
+    who: Annotated[str, Argument(help="Name of the person, or `authority`.")],
     office: Office = None,
     passphrase_file: PassphraseFile = None,
-    new_passphrase_file: Annotated[Path | None, typer.Option(help="File with the new passphrase.")] = None,
+    new_passphrase_file: Annotated[Path | None, Option(help="File with the new passphrase.")] = None,
 ) -> Answer:
     """Change the passphrase of a key."""
     variable = CA_PASSPHRASE if who == "authority" else QA_PASSPHRASE if who == QA else keys.PASSPHRASE

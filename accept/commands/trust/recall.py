@@ -3,7 +3,7 @@
 import datetime
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.base.documents.listings import Recall, TouchListed
 from accept.base.exit_codes import Exit
@@ -15,10 +15,8 @@ from accept.store import open_store, touched
 
 @command
 def run(
-    instrument: Annotated[str, typer.Option(help="Serial number of the instrument.")],
-    since: Annotated[
-        datetime.datetime, typer.Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")
-    ],
+    instrument: Annotated[str, Option(help="Serial number of the instrument.")],
+    since: Annotated[datetime.datetime, Option(formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC.")],
     json: JsonAnswer = None,
 ) -> Answer:
     """List the units measured with an instrument. From the event store."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from accept.base.atomic_files import check_place
 from accept.base.console import say
@@ -50,7 +50,7 @@ from specs.spec import listed_name
 
 @command
 def check(
-    head: Annotated[Path | None, typer.Option(help="An exported head, or a certificate that states one.")] = None,
+    head: Annotated[Path | None, Option(help="An exported head, or a certificate that states one.")] = None,
     json: JsonAnswer = None,
 ) -> Answer:
     """Walk the chain of events. Names the first that is altered or missing."""
@@ -80,7 +80,7 @@ def _kept_head(path: Path) -> StoreHead:
 
 
 @command
-def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdout.")] = None) -> Answer:
+def head(out: Annotated[Path | None, Option(help="File to write; else stdout.")] = None) -> Answer:
     """Export the signed head of the chain, to be kept elsewhere."""
     if out is not None:
         check_place(out, ".json")
@@ -94,7 +94,7 @@ def head(out: Annotated[Path | None, typer.Option(help="File to write; else stdo
 
 @command
 def publish_list(
-    file: Annotated[Path, typer.Argument(help="The list, shared with other benches; made if absent.")],
+    file: Annotated[Path, Argument(help="The list, shared with other benches; made if absent.")],
 ) -> Answer:
     """Publish the list of judgements and signatures. Hashes of this bench's events, for `accept verify --log FILE`."""
     ca = keys.ca(home())
@@ -107,7 +107,7 @@ def publish_list(
 
 
 @command
-def backup(file: Annotated[Path, typer.Argument(help="File to write, with its head beside it.")]) -> Answer:
+def backup(file: Annotated[Path, Argument(help="File to write, with its head beside it.")]) -> Answer:
     """Copy the whole store into one file."""
     with open_store() as store:
         kept = back_up(store, file)
@@ -115,7 +115,7 @@ def backup(file: Annotated[Path, typer.Argument(help="File to write, with its he
 
 
 @command
-def take_back(file: Annotated[Path, typer.Argument(help="A file that `accept store backup` wrote.")]) -> Answer:
+def take_back(file: Annotated[Path, Argument(help="A file that `accept store backup` wrote.")]) -> Answer:
     """Make a backup the bench's store; what was there is set aside."""
     if os.environ.get("ACCEPT_STORE_URL"):
         raise StoreError("ACCEPT_STORE_URL names another store; restore works on the file in the bench's folder")
@@ -147,11 +147,9 @@ def _others(copy: Mapping[str, Any]) -> str:
 
 @command
 def resolve_copies(
-    serial: Annotated[str, typer.Argument(help="A unit whose recording is filed elsewhere too.")],
-    measured: Annotated[
-        list[str], typer.Option(help="Where it belongs: SERIAL, or SERIAL:section/input, of one unit.")
-    ],
-    reason: Annotated[str, typer.Option(help="Why it is filed in two places.")],
+    serial: Annotated[str, Argument(help="A unit whose recording is filed elsewhere too.")],
+    measured: Annotated[list[str], Option(help="Where it belongs: SERIAL, or SERIAL:section/input, of one unit.")],
+    reason: Annotated[str, Option(help="Why it is filed in two places.")],
     passphrase_file: QaPassphrase = None,
 ) -> Answer:
     """Decide to which unit a recording belongs. Quality assurance signs the decision with its key."""
@@ -165,9 +163,9 @@ def resolve_copies(
 
 @command
 def void_attempt(
-    serial: Annotated[str, typer.Argument(help="Serial of a unit.")],
-    attempt: Annotated[int, typer.Argument(min=1, help="Number of the attempt, as `accept history` shows it.")],
-    reason: Annotated[str, typer.Option(help="What was wrong with the attempt.")],
+    serial: Annotated[str, Argument(help="Serial of a unit.")],
+    attempt: Annotated[int, Argument(min=1, help="Number of the attempt, as `accept history` shows it.")],
+    reason: Annotated[str, Option(help="What was wrong with the attempt.")],
     passphrase_file: QaPassphrase = None,
 ) -> Answer:
     """Declare an attempt at a unit void. Quality assurance signs the decision with its key."""
@@ -182,9 +180,9 @@ def void_attempt(
 
 @command
 def dispose(
-    serial: Annotated[str, typer.Argument(help="Serial of a unit that a nonconformance holds.")],
-    disposition: Annotated[str, typer.Option(help="use-as-is, rework, measure-again, return or scrap.")],
-    because: Annotated[str, typer.Option(help="Why: the reason of the disposition.")],
+    serial: Annotated[str, Argument(help="Serial of a unit that a nonconformance holds.")],
+    disposition: Annotated[str, Option(help="use-as-is, rework, measure-again, return or scrap.")],
+    because: Annotated[str, Option(help="Why: the reason of the disposition.")],
     passphrase_file: QaPassphrase = None,
 ) -> Answer:
     """Decide about a nonconformance that holds a unit. Quality assurance signs the decision with its key."""
@@ -203,8 +201,8 @@ def dispose(
 
 @command
 def log(
-    serial: Annotated[str | None, typer.Argument(help="Only events of this unit.")] = None,
-    full: Annotated[bool, typer.Option("--full", help="With payload and hash of every event.")] = False,
+    serial: Annotated[str | None, Argument(help="Only events of this unit.")] = None,
+    full: Annotated[bool, Option("--full", help="With payload and hash of every event.")] = False,
     json: JsonAnswer = None,
 ) -> Answer:
     """List who did what, when, by which spec and code."""

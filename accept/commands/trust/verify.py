@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base.documents.listings import SignatureVerified, VerificationDocument
 from accept.base.documents.results import SIMULATED
@@ -45,22 +45,20 @@ class RequirementError(AcceptError, ValueError):
 class VerifyOptions:
     """Whom a verification trusts, and its conditions beside validity."""
 
-    trust: Annotated[list[Path] | None, typer.Option(help="CA certificate to trust, not this bench's.")] = None
+    trust: Annotated[list[Path] | None, Option(help="CA certificate to trust, not this bench's.")] = None
     records: LargeRecords = None
-    require: Annotated[
-        str, typer.Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
-    ] = ""
-    spec: Annotated[str | None, typer.Option("--spec", help="The spec that it must have been judged by.")] = None
-    demo: Annotated[bool, typer.Option("--demo", help="A certificate of `accept demo`.")] = False
-    tsa_trust: Annotated[list[Path] | None, typer.Option(help="Root of a time stamping authority to trust.")] = None
-    log: Annotated[
-        list[Path] | None, typer.Option("--log", help="List that benches publish; again for an earlier copy.")
-    ] = None
+    require: Annotated[str, Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")] = ""
+    spec: Annotated[str | None, Option("--spec", help="The spec that it must have been judged by.")] = None
+    demo: Annotated[bool, Option("--demo", help="A certificate of `accept demo`.")] = False
+    tsa_trust: Annotated[list[Path] | None, Option(help="Root of a time stamping authority to trust.")] = None
+    log: Annotated[list[Path] | None, Option("--log", help="List that benches publish; again for an earlier copy.")] = (
+        None
+    )
 
 
 @command
 def run(
-    certificate: Annotated[Path, typer.Argument(help="The certificate to check.")],
+    certificate: Annotated[Path, Argument(help="The certificate to check.")],
     options: VerifyOptions,
     json: JsonAnswer = None,
 ) -> Answer:

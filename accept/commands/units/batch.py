@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from rich.table import Table
+from typer import Argument
 
 from accept.base.cluster.connect import connected
 from accept.base.console import ask, confirm, say
@@ -29,7 +29,7 @@ from specs.spec import Spec
 @command
 def run(
     units: Annotated[
-        list[str], typer.Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
+        list[str], Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
     ],
     wanted: BatchOptions,
 ) -> Answer:

@@ -11,10 +11,10 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 from rich.text import Text
+from typer import Argument
 
 from accept.base.console import say
 from accept.base.documents.results import UnitRecord
@@ -36,7 +36,7 @@ from checks.picture import Panel
 
 @command
 def run(
-    units: Annotated[list[Path], typer.Argument(help="Unit folders, or parents of unit folders.")],
+    units: Annotated[list[Path], Argument(help="Unit folders, or parents of unit folders.")],
     spec: SpecName = None,
     json: Json = None,
     plot: Plot = None,

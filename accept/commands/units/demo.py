@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from cryptography.hazmat.primitives.serialization import Encoding
+from typer import Option
 
 from accept.base.child_processes import process_pool
 from accept.base.console import operator_name, say, tell
@@ -40,7 +40,7 @@ SHOWN = 3  # values that the batch taught most about
 
 @command
 def run(
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("accept-demo"), operator: Operator = None
+    out: Annotated[Path, Option(help="Folder for the results.")] = Path("accept-demo"), operator: Operator = None
 ) -> Answer:
     """Run the whole job on built-in data. Judge seven published APAs and a simulated strut, certify, verify."""
     began = time.monotonic()

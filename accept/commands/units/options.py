@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from accept.commands.options import BenchPath, ClusterAt, Operator, SpecName, TimeStamping
 
-ExplainBy = Annotated[str | None, typer.Option("--model", help="Compare responses with this model, not the spec's.")]
+ExplainBy = Annotated[str | None, Option("--model", help="Compare responses with this model, not the spec's.")]
 
 JudgedAgainFor = Annotated[
-    str | None, typer.Option("--reason", help="Why a unit is judged again, or its certificate is replaced.")
+    str | None, Option("--reason", help="Why a unit is judged again, or its certificate is replaced.")
 ]
 
 
@@ -19,14 +19,10 @@ JudgedAgainFor = Annotated[
 class BatchOptions:
     """Options of a batch: how units are judged, and where the results are written."""
 
-    out: Annotated[Path, typer.Option(help="Folder for the results.")]
+    out: Annotated[Path, Option(help="Folder for the results.")]
     spec: SpecName = None
-    no_certificates: Annotated[bool, typer.Option("--no-certificates", help="Judge only; write no certificates.")] = (
-        False
-    )
-    workers: Annotated[int | None, typer.Option(min=1, help="Number of processes; default: by the amount of work.")] = (
-        None
-    )
+    no_certificates: Annotated[bool, Option("--no-certificates", help="Judge only; write no certificates.")] = False
+    workers: Annotated[int | None, Option(min=1, help="Number of processes; default: by the amount of work.")] = None
     cluster: ClusterAt = None
     operator: Operator = None
     bench: BenchPath = None
@@ -39,7 +35,7 @@ class BatchOptions:
 class ReportOptions:
     """How one unit is judged. out: the certificate."""
 
-    out: Annotated[Path, typer.Option(help="The certificate to write.")]
+    out: Annotated[Path, Option(help="The certificate to write.")]
     spec: SpecName = None
     operator: Operator = None
     bench: BenchPath = None

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.listings import ProductList, ProductListed
@@ -38,8 +38,8 @@ def _package(product: Product) -> str:
 
 @command
 def new(
-    name: Annotated[str, typer.Argument(help="Its name: `kind` in unit.toml and in specs.")],
-    out: Annotated[Path | None, typer.Option(help="Folder to write; default: ./accept-product-NAME.")] = None,
+    name: Annotated[str, Argument(help="Its name: `kind` in unit.toml and in specs.")],
+    out: Annotated[Path | None, Option(help="Folder to write; default: ./accept-product-NAME.")] = None,
 ) -> Answer:
     """Write the package of a new product, to be installed. With a spec, a check of its own and an example unit."""
     from accept.units.product_package import skeleton
@@ -56,9 +56,7 @@ def new(
 
 
 @command
-def check(
-    product: Annotated[str, typer.Argument(help="Name of an installed product, or its folder.")],
-) -> Answer:
+def check(product: Annotated[str, Argument(help="Name of an installed product, or its folder.")]) -> Answer:
     """Check a product, installed or in its folder. Reads its spec, checks and model; the code in a folder is run."""
     from accept.units.product_package import from_folder
 

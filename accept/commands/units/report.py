@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument
 
 from accept.base.atomic_files import check_place
 from accept.base.console import ask, confirm, say
@@ -24,7 +24,7 @@ from specs.bench import load_bench
 
 
 @command
-def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: ReportOptions) -> Answer:
+def run(unit: Annotated[Path, Argument(help="Unit folder.")], wanted: ReportOptions) -> Answer:
     """Judge one unit and write its signed certificate."""
     check_place(wanted.out, ".pdf")
     folder = unit_folder.read(unit)

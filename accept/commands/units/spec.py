@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.listings import LimitShown, SpecList, SpecListed, SpecShown
@@ -26,7 +26,7 @@ def show_list(json: JsonAnswer = None) -> Answer:
 
 
 @command
-def show(name: Annotated[str, typer.Argument(help="Built-in name or TOML file.")], json: JsonAnswer = None) -> Answer:
+def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], json: JsonAnswer = None) -> Answer:
     """Show every limit of a spec with its rule and source."""
     spec = load(name)
     head = (f"{spec.name} ({spec.kind}): {spec.title}", f"sha256 {spec.sha256}")
@@ -78,7 +78,7 @@ def interval(limit: Limit) -> str:
 
 
 @command
-def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")]) -> Answer:
+def validate(names: Annotated[list[str], Argument(help="Built-in names or TOML files.")]) -> Answer:
     """Check specs. One report lists every problem with its file and key path."""
     found, words = _loaded(names)
     return Answer(*words, exit=Exit.BAD_INPUT if len(found) < len(names) else Exit.ACCEPTED)
@@ -86,11 +86,11 @@ def validate(names: Annotated[list[str], typer.Argument(help="Built-in names or 
 
 @command
 def check(
-    names: Annotated[list[str], typer.Argument(help="Built-in names or TOML files.")],
+    names: Annotated[list[str], Argument(help="Built-in names or TOML files.")],
     iso17025: Annotated[
-        bool, typer.Option("--iso17025", help="Name what their certificates lack of ISO/IEC 17025 7.8; exit 4.")
+        bool, Option("--iso17025", help="Name what their certificates lack of ISO/IEC 17025 7.8; exit 4.")
     ] = False,
-    unit: Annotated[Path | None, typer.Option(help="With --iso17025: a unit folder that is looked at too.")] = None,
+    unit: Annotated[Path | None, Option(help="With --iso17025: a unit folder that is looked at too.")] = None,
 ) -> Answer:
     """Check specs, and what their certificates state. As `validate`, and on demand clause by clause."""
     found, words = _loaded(names)
@@ -133,8 +133,8 @@ def _is_complete(spec: Spec, folder: Path | None, words: list[str]) -> bool:
 
 @command
 def copy(
-    name: Annotated[str, typer.Argument(help="Built-in name.")],
-    file: Annotated[Path, typer.Argument(help="The TOML file to write.")],
+    name: Annotated[str, Argument(help="Built-in name.")],
+    file: Annotated[Path, Argument(help="The TOML file to write.")],
 ) -> Answer:
     """Write a built-in spec as TOML, to change it."""
     import tomlkit
