@@ -48,12 +48,11 @@ class Command:
     values: Sequence[str] = ()
 
 
-@dataclass(frozen=True)
 class Group:
     """Commands under a common name."""
 
-    about: str
-    commands: Mapping[str, "Command"]
+    def __init__(self, about: str, **commands: Command) -> None:
+        self.about, self.commands = about, commands
 
 
 class LazyGroup(TyperGroup):
