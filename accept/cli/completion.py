@@ -42,57 +42,36 @@ def _arguments(words: Sequence[str]) -> list[str]:
     return [w for last, w in zip(before, words, strict=False) if not w.startswith("-") and last not in OPTIONS]
 
 
-def _package(*names: str) -> Path:
+def _files(*folder: str) -> Iterable[Path]:
+    """Return the TOML files of a folder of the package `specs`."""
     import specs
 
-    return Path(specs.__file__).parent.joinpath(*names)
-
-
-def _specs(_words: Sequence[str], _incomplete: str) -> list[str]:
-    return [path.stem for path in _package().glob("*.toml")]
-
-
-def _models(_words: Sequence[str], _incomplete: str) -> list[str]:
-    return [path.stem for path in _package("models").glob("*.toml")]
-
-
-def _products(_words: Sequence[str], _incomplete: str) -> list[str]:
-    return list(products())
+    return Path(specs.__file__).parent.joinpath(*folder).glob("*.toml")
 
 
 def _sections() -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield name and content of each check in the specs that come with the program."""
-    for path in _package().glob("*.toml"):
+    for path in _files():
         yield from tomllib.loads(path.read_text(encoding="utf-8")).get("checks", {}).items()
 
 
-def _checks(_words: Sequence[str], _incomplete: str) -> list[str]:
-    """Return the sections of the specs that come with the program."""
-    return [name for name, _ in _sections()]
-
-
-def _quantities(words: Sequence[str], incomplete: str) -> list[str]:
+def _quantities(words: Sequence[str], _incomplete: str) -> list[str]:
     """Return the quantities that these specs limit, and the references of the bench's instruments."""
     limited = [quantity for _, check in _sections() for quantity in check.get("limits", {})]
-    return [*limited, *(f"check:{name}" for name in _instruments(words, incomplete))]
+    return [*limited, *(f"check:{name}" for name in _instruments(words))]
 
 
-def _bench(words: Sequence[str]) -> Mapping[str, Any]:
-    """Return the bench file that the words name, else the one in the bench's folder."""
+def _instruments(words: Sequence[str]) -> Mapping[str, Mapping[str, Any]]:
+    """Return the entries of the bench file that the words name, else of the one in the bench's folder."""
     named = [value for option, value in pairwise(words) if option == "--bench"]
     path = Path(named[-1]) if named else home() / "bench.toml"
-    return tomllib.loads(path.read_text(encoding="utf-8"))
+    bench = tomllib.loads(path.read_text(encoding="utf-8"))
+    return {**bench.get("instruments", {}), **bench.get("recorders", {})}
 
 
-def _instruments(words: Sequence[str], _incomplete: str) -> list[str]:
-    bench = _bench(words)
-    return [*bench.get("instruments", {}), *bench.get("recorders", {})]
-
-
-def _instruments_or_serials(words: Sequence[str], incomplete: str) -> list[str]:
-    bench = _bench(words)
-    entries = [*bench.get("instruments", {}).values(), *bench.get("recorders", {}).values()]
-    return [*_instruments(words, incomplete), *(str(entry["serial"]) for entry in entries if "serial" in entry)]
+def _instruments_or_serials(words: Sequence[str], _incomplete: str) -> list[str]:
+    entries = _instruments(words)
+    return [*entries, *(str(entry["serial"]) for entry in entries.values() if "serial" in entry)]
 
 
 def _serials(_words: Sequence[str], incomplete: str) -> list[str]:
@@ -106,15 +85,15 @@ def _serials(_words: Sequence[str], incomplete: str) -> list[str]:
 
 
 VALUES: Mapping[str, Values] = {
-    "check": _checks,
+    "check": lambda _words, _incomplete: (name for name, _ in _sections()),
     "file": lambda _words, _incomplete: (),
-    "instrument": _instruments,
+    "instrument": lambda words, _incomplete: _instruments(words),
     "instrument or serial": _instruments_or_serials,
-    "model": _models,
-    "product": _products,
+    "model": lambda _words, _incomplete: (path.stem for path in _files("models")),
+    "product": lambda _words, _incomplete: products(),
     "quantity": _quantities,
     "serial": _serials,
-    "spec": _specs,
+    "spec": lambda _words, _incomplete: (path.stem for path in _files()),
 }
 OPTIONS: Mapping[str, str] = {
     "--bench": "file",

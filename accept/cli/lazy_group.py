@@ -19,7 +19,7 @@ def command_of(function: Callable[..., int]) -> Callable[..., None]:
     Annotations of the function and of the dataclasses are types, not strings."""
     asked = signature(function).parameters.values()
     groups: dict[str, Any] = {p.name: p.annotation for p in asked if is_dataclass(p.annotation)}
-    seen = [part for p in asked for part in (_parts(p.annotation) if p.name in groups else (p,))]
+    seen = [part for p in asked for part in (signature(p.annotation).parameters.values() if p.name in groups else (p,))]
     seen = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in seen]  # so that one without a default may follow another
 
     @wraps(function)
@@ -32,10 +32,6 @@ def command_of(function: Callable[..., int]) -> Callable[..., None]:
     run.__dict__["__signature__"] = signature(function).replace(parameters=seen, return_annotation=None)
     run.__annotations__ = {p.name: p.annotation for p in seen}
     return run
-
-
-def _parts(group: type) -> list[Parameter]:
-    return list(signature(group).parameters.values())
 
 
 @dataclass(frozen=True)

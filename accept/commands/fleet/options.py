@@ -8,52 +8,10 @@ from typer import Option
 
 from accept.commands.options import Csv, Json, installed
 
-
-class ListedVerdict(StrEnum):
-    """Verdicts of a unit."""
-
-    ACCEPTED = "accepted"
-    CONDITIONAL = "conditional"
-    REJECTED = "rejected"
-    INCOMPLETE = "incomplete"
-    VOIDED = "voided"
-
-
-class By(StrEnum):
-    """The groups of units."""
-
-    MONTH = "month"
-    WEEK = "week"
-    DAY = "day"
-    BENCH = "bench"
-    OPERATOR = "operator"
-    LOT = "lot"
-    SUPPLIER = "supplier"
-    ORDER = "order"
-    SHIFT = "shift"
-    KIND = "kind"
-    SPEC = "spec"
-
-
-class TrendBy(StrEnum):
-    """The groups of a trend."""
-
-    ALL = "all"
-    BENCH = "bench"
-    OPERATOR = "operator"
-    LOT = "lot"
-    SUPPLIER = "supplier"
-    ORDER = "order"
-    SHIFT = "shift"
-    KIND = "kind"
-    SPEC = "spec"
-
-
-class ExpectedGolden(StrEnum):
-    """The verdict that a golden unit must have."""
-
-    ACCEPTED = "accepted"
-    REJECTED = "rejected"
+ListedVerdict = StrEnum("ListedVerdict", "ACCEPTED CONDITIONAL REJECTED INCOMPLETE VOIDED")
+ExpectedGolden = StrEnum("ExpectedGolden", "ACCEPTED REJECTED")
+By = StrEnum("By", "MONTH WEEK DAY BENCH OPERATOR LOT SUPPLIER ORDER SHIFT KIND SPEC")  # the groups of units
+TrendBy = StrEnum("TrendBy", "ALL BENCH OPERATOR LOT SUPPLIER ORDER SHIFT KIND SPEC")
 
 
 @dataclass(frozen=True)

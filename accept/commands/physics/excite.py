@@ -15,21 +15,8 @@ from checks.declare import Series
 from checks.signals import Excitation, Notch, Rig, amplitude_shape, excitation_panels, notch_of_record
 from hw.records import csv_bytes, mat_bytes, read
 
-
-class Law(StrEnum):
-    """How a sweep's frequency grows."""
-
-    LOG = "log"
-    LINEAR = "linear"
-
-
-class Lines(StrEnum):
-    """Which lines of the period a multisine drives."""
-
-    ALL = "all"
-    ODD = "odd"
-
-
+Law = StrEnum("Law", "LOG LINEAR")  # how a sweep's frequency grows
+Lines = StrEnum("Lines", "ALL ODD")  # of the period, that a multisine drives
 Out = Annotated[Path, Option(help="File to write: .mat or .csv.")]
 Seed = Annotated[int, Option(help="Seed of the random numbers.")]
 
@@ -116,45 +103,30 @@ FADE_S = 0.1  # at both ends of what ends anywhere
 def sweep(wanted: SweepOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a sine of rising frequency."""
     law = "lin" if wanted.law is Law.LINEAR else "log"
-    at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude
-    return _answer(
-        wanted.out, playing.plot, lambda: rig_of(playing).sweep(*at, law, amplitude_shape(*parts_of(shaping)), FADE_S)
-    )
+    at = wanted.f_start, wanted.f_end, wanted.duration, wanted.amplitude, law
+    return _answer(wanted.out, playing, lambda rig: rig.sweep(*at, amplitude_shape(*parts_of(shaping)), FADE_S))
 
 
 @command
 def noise(wanted: NoiseOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write noise in a band."""
     at = wanted.f_start, wanted.f_end, wanted.duration, wanted.rms, wanted.seed
-    return _answer(
-        wanted.out, playing.plot, lambda: rig_of(playing).noise(*at, amplitude_shape(*parts_of(shaping)), FADE_S)
-    )
+    return _answer(wanted.out, playing, lambda rig: rig.noise(*at, amplitude_shape(*parts_of(shaping)), FADE_S))
 
 
 @command
 def sine(wanted: SineOptions, playing: Playing = PLAYED) -> Answer:
     """Write slow sines of growing amplitude, for the hysteresis."""
-
-    def make() -> Excitation:
-        return rig_of(playing).sines(wanted.f, levels_of(wanted.amplitudes), wanted.cycles)
-
-    return _answer(wanted.out, playing.plot, make)
+    f, cycles = wanted.f, wanted.cycles
+    return _answer(wanted.out, playing, lambda rig: rig.sines(f, levels_of(wanted.amplitudes), cycles))
 
 
 @command
 def multisine(wanted: MultisineOptions, shaping: Shaping = AS_IS, playing: Playing = PLAYED) -> Answer:
     """Write a random-phase multisine. Periodic, so without leakage: the best of the four."""
     at = wanted.f_start, wanted.f_end, wanted.resolution, wanted.rms, wanted.periods, wanted.seed
-
-    def make() -> Excitation:
-        return rig_of(playing).multisine(*at, amplitude_shape(*parts_of(shaping)), str(wanted.lines), wanted.crest)
-
-    return _answer(wanted.out, playing.plot, make)
-
-
-def rig_of(playing: Playing) -> Rig:
-    """Return the rig that was asked for."""
-    return Rig(fs=playing.fs, mean_V=playing.mean, ramp_s=playing.ramp)
+    more = str(wanted.lines), wanted.crest
+    return _answer(wanted.out, playing, lambda rig: rig.multisine(*at, amplitude_shape(*parts_of(shaping)), *more))
 
 
 def levels_of(text: str) -> list[float]:
@@ -184,13 +156,13 @@ def parts_of(shaping: Shaping) -> tuple[Notch | None, float | None]:
     return Notch(usual.f0_Hz, width, depth), shaping.low_pass
 
 
-def _answer(out: Path, plot: Path | None, make: Callable[[], Excitation]) -> Answer:
+def _answer(out: Path, playing: Playing, make: Callable[[Rig], Excitation]) -> Answer:
     try:
-        excitation = make()
+        excitation = make(Rig(fs=playing.fs, mean_V=playing.mean, ramp_s=playing.ramp))
         signal = content(excitation, out)
     except ValueError as e:
         return refusal(e)
-    drawn = picture(plot, lambda: list(excitation_panels(excitation).values()))
+    drawn = picture(playing.plot, lambda: list(excitation_panels(excitation).values()))
     return Answer(File(out, signal), drawn, *map(Remark, summary(excitation, out)))
 
 
