@@ -12,6 +12,8 @@ JsonAnswer = Annotated[
     Path | None, Option("--json", help="JSON file to write; -: stdout, in place of what a person reads.")
 ]
 Csv = Annotated[Path | None, Option("--csv", help="CSV file to write.")]
+Mat = Annotated[Path | None, Option("--mat", help="MATLAB file to write, with the fields of an frd object.")]
+Uff = Annotated[Path | None, Option("--uff", help="Universal file (data set 58) to write.")]
 Plot = Annotated[Path | None, Option("--plot", help="Picture to write: .pdf, .png or .svg.")]
 SpecName = Annotated[str | None, Option("--spec", help="Built-in spec or TOML file; default: by the kind.")]
 BenchPath = Annotated[Path | None, Option("--bench", help="bench.toml: judge with its calibrations.")]

@@ -28,7 +28,7 @@ from accept.analysis.record_responses import (
     universal_file,
 )
 from accept.commands.answer import Answer, File, Remark, command, picture, table
-from accept.commands.options import Csv, Json, Plot
+from accept.commands.options import Csv, Json, Mat, Plot, Uff
 from checks.errors import RecordError
 from checks.picture import Line, Panel
 from checks.record import Record
@@ -95,9 +95,9 @@ class FrfOutputs:
 
     json: Json = None
     csv: Csv = None
-    mat: Annotated[Path | None, Option(help="MATLAB file to write, with the fields of an frd object.")] = None
+    mat: Mat = None
     plot: Plot = None
-    uff: Annotated[Path | None, Option(help="Universal file (data set 58) to write.")] = None
+    uff: Uff = None
     html: Annotated[Path | None, Option(help="Interactive plot, one page (extra `site`).")] = None
 
 
@@ -105,6 +105,7 @@ COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqr
 FORCE = "Track1"  # of a hammer, as the analyser of the bench stores it
 WRITERS = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file}
 LEAST_U = 1e-4  # smaller ones are said to be below it
+Panels = dict[str, Panel]  # of a response, by name
 
 
 @command
@@ -138,13 +139,17 @@ def run(
         raise RecordError(f"{place}: {kind} takes one response, not {len(responses)}; merge them or name one")
     against = None if others.against is None else _import(others.against, sources, others)
     compared = {} if against is None else {r.title: differences(r, against) for r in responses}
+
+    def drawn() -> list[Panels]:
+        return [_panels_of(response, merge_Hz, against) for response in responses]
+
     return Answer(
         *(part for response in responses for part in _about(response)),
         None if against is None else _comparison(compared, against),
         File(outputs.json, lambda: dumps(_document(responses, compared), allow_nan=False).encode()),
         *(File(place, partial(WRITERS[ending], responses[0])) for ending, place in single.items()),
-        picture(outputs.plot, lambda: _sheet(responses, merge_Hz, against), _columns(responses)),
-        File(outputs.html, lambda: _page(responses, merge_Hz, against)),
+        picture(outputs.plot, lambda: _sheet(responses, drawn()), _columns(responses)),
+        File(outputs.html, lambda: _page(responses, drawn())),
     )
 
 
@@ -174,7 +179,7 @@ def _read(
     rig = None if sources.bench is None else load_bench(sources.bench).rig
     if sources.bench is not None and rig is None:
         raise RecordError(f"{sources.bench}: has no [rig]")
-    channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(sources.map or ())}
+    channels: dict[str, str | ChannelSource] = {**(rig.channels if rig else {}), **_mapping(sources.map)}
     try:
         return read_any(path, input, channels, sources.ts, rig is not None)
     except RecordError as e:
@@ -191,8 +196,7 @@ def _read(
 
 
 def _import(path: Path, sources: SourceOptions, others: ResponseOptions) -> ImportedResponse:
-    names = _mapping(sources.map or ())
-    return import_response(path, sources.input or "", names, others.averages, others.noise)
+    return import_response(path, sources.input or "", _mapping(sources.map), others.averages, others.noise)
 
 
 def _of_hits(records: Sequence[Record], settings: EstimatorSettings, hits: HammerOptions) -> ImpactResponse:
@@ -220,12 +224,15 @@ def _document(
     )
 
 
-def _mapping(given: Sequence[str]) -> dict[str, str]:
+def _mapping(given: Sequence[str] | None) -> dict[str, str]:
     """Parse `Va=AI0` as name here -> name in the file. Raises RecordError."""
-    pairs = [word.partition("=") for word in given]
-    if wrong := next((w for w, (a, sign, b) in zip(given, pairs, strict=True) if not (a and sign and b)), None):
-        raise RecordError(f"--map {wrong}: expected HERE=THERE, such as Va=AI0")
-    return {here.strip(): there.strip() for here, _, there in pairs}
+    found = {}
+    for word in given or ():
+        here, _, there = word.partition("=")
+        if not (here and there):
+            raise RecordError(f"--map {word}: expected HERE=THERE, such as Va=AI0")
+        found[here.strip()] = there.strip()
+    return found
 
 
 def _about(response: MeasuredResponse) -> list[str | Table]:
@@ -238,31 +245,34 @@ def summary(response: MeasuredResponse) -> Table:
     """Return a row per channel: the band in which it is coherent, and its largest resonance."""
     frf = response.frf
     averages = f", {frf.segments} segments" if frf.segments else ""
-    title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins{averages}"
     none = "not searched" if isinstance(response, ImportedResponse) else "none seen"
     rows = []
     for c in frf.channels:
         mode = response.resonances.get(c)
         cells = (none, "") if mode is None else (with_U(mode.f_Hz, mode.U_Hz), f"{100 * mode.damping_ratio:.3g}")
         rows.append((f"{c} / {frf.input}", _coherent(frf, c), *cells))
-    return table(("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]"), rows, title=title)
+    titles = ("output / input", "coherent [Hz]", "largest resonance [Hz]", "damping [%]")
+    return table(titles, rows, title=_title(response) + averages)
+
+
+def _title(response: MeasuredResponse) -> str:
+    frf = response.frf
+    return f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins"
 
 
 def hammer_summary(response: ImpactResponse) -> Table:
     """Return a row per mode of each channel, with the band in which the channel is coherent over the hits."""
     frf = response.frf
-    title = f"{response.title}: {frf.estimator}, {frf.f[0]:.4g} to {frf.f[-1]:.4g} Hz, {frf.f.size} bins, "
     rows: list[tuple[str, ...]] = []
     for c in frf.channels:
         first = (f"{c} / {frf.input}", _coherent(frf, c))
         if not response.modes[c]:
             rows.append((*first, "none seen", ""))
         for k, mode in enumerate(response.modes[c]):
-            U, U_damping = mode.U_Hz, mode.U_damping
-            damping = with_U(100 * mode.damping_ratio, 100 * U_damping)
-            rows.append((*(first if k == 0 else ("", "")), with_U(mode.f_Hz, U), damping))
+            damping = with_U(100 * mode.damping_ratio, 100 * mode.U_damping)
+            rows.append((*(first if k == 0 else ("", "")), with_U(mode.f_Hz, mode.U_Hz), damping))
     titles = ("output / input", "coherent [Hz]", "mode [Hz]", "damping [%]")
-    return table(titles, rows, title=f"{title}{frf.segments} hits")
+    return table(titles, rows, title=f"{_title(response)}, {frf.segments} hits")
 
 
 def with_U(value: float, U: float) -> str:
@@ -297,13 +307,10 @@ def _comparison(compared: Mapping[str, Sequence[ResponseDifference]], against: I
     return table(titles, rows, title=f"apart from {against.title}, relative to it")
 
 
-def _sheet(
-    responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None
-) -> list[Panel]:
+def _sheet(responses: Sequence[MeasuredResponse], of_each: Sequence[Panels]) -> list[Panel]:
     """Return the panels of a picture: a row of magnitudes above a row of phases for each response."""
     panels: list[Panel] = []
-    for response in responses:
-        drawn = _panels_of(response, merge_Hz, against)
+    for response, drawn in zip(responses, of_each, strict=True):
         of = response.frf.channels
         panels += [drawn[f"{c} {part}"] for part in ("magnitude", "phase") for c in of]
         panels += [drawn["coherence"]] if len(responses) == 1 and "coherence" in drawn else []
@@ -316,24 +323,15 @@ def _columns(responses: Sequence[MeasuredResponse]) -> int:
     return max(counts) if len(counts) == 1 and max(counts) <= 4 else 2
 
 
-def _page(responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None) -> bytes:
+def _page(responses: Sequence[MeasuredResponse], of_each: Sequence[Panels]) -> bytes:
+    """Return a page of all panels, by names that do not collide."""
     from accept.pictures.interactive import page
 
-    return page(_panels(responses, merge_Hz, against), "Frequency responses")
+    pairs = [(f"{r.title}: " if len(responses) > 1 else "", of) for r, of in zip(responses, of_each, strict=True)]
+    return page({title + name: panel for title, of in pairs for name, panel in of.items()}, "Frequency responses")
 
 
-def _panels(
-    responses: Sequence[MeasuredResponse], merge_Hz: float | None, against: ImportedResponse | None
-) -> dict[str, Panel]:
-    """Return the panels of all responses, by names that do not collide."""
-    many = len(responses) > 1
-    drawn = [(r.title, _panels_of(r, merge_Hz, against)) for r in responses]
-    return {f"{title}: {name}" if many else name: panel for title, found in drawn for name, panel in found.items()}
-
-
-def _panels_of(
-    response: MeasuredResponse, merge_Hz: float | None, against: ImportedResponse | None
-) -> dict[str, Panel]:
+def _panels_of(response: MeasuredResponse, merge_Hz: float | None, against: ImportedResponse | None) -> Panels:
     panels = response.panels if isinstance(response, ImpactResponse) else None
     panels = panels or bode(response.frf, response.ratios, merge_Hz=merge_Hz)
     if against is None:

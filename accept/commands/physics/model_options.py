@@ -6,7 +6,7 @@ from typing import Annotated
 
 from typer import Option
 
-from accept.commands.options import Csv, Json, ModelName, Plot, StartModelName
+from accept.commands.options import Csv, Json, Mat, ModelName, Plot, StartModelName, Uff
 
 FirstHz = Annotated[float, Option("--f-lo", help="First frequency [Hz].")]
 LastHz = Annotated[float, Option("--f-hi", help="Last frequency [Hz].")]
@@ -32,8 +32,8 @@ class FrfOptions:
     points: Annotated[int, Option(help="Frequencies, evenly over log f.")] = 1000
     json: Json = None
     csv: Csv = None
-    mat: Annotated[Path | None, Option(help="MATLAB file to write, with the fields of an frd object.")] = None
-    uff: Annotated[Path | None, Option(help="Universal file (data set 58) to write.")] = None
+    mat: Mat = None
+    uff: Uff = None
     plot: Plot = None
 
 
