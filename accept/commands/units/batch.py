@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from rich.table import Table
-from typer import Argument
+from typer import Argument, Option
 
 from accept.base.cluster.connect import connected
 from accept.base.console import ask, confirm, say
@@ -14,9 +14,11 @@ from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchReport, BatchRequest
 from accept.batch.table import actions, explanations, reasons, simulated, units_table
+from accept.certificate.trust.keys import Credential
 from accept.commands.answer import Answer, Remark, command
+from accept.commands.options import ClusterAt, SpecName
 from accept.commands.trust.bench_keys import bench_credential, who_acts
-from accept.commands.units.options import BatchOptions
+from accept.commands.units.options import JudgingOptions
 from accept.judging.judge_unit import default_specs, load_spec
 from accept.store import open_store
 from accept.units.remote_folders import fetched
@@ -31,43 +33,34 @@ def run(
     units: Annotated[
         list[str], Argument(help="Unit folders, folders that contain them, or their addresses (s3://...).")
     ],
-    wanted: BatchOptions,
+    out: Annotated[Path, Option(help="Folder for the results.")],
+    spec: SpecName = None,
+    no_certificates: Annotated[bool, Option("--no-certificates", help="Judge only; write no certificates.")] = False,
+    workers: Annotated[int | None, Option(min=1, help="Number of processes; default: by the amount of work.")] = None,
+    cluster: ClusterAt = None,
+    *,
+    how: JudgingOptions,
 ) -> Answer:
     """Judge unit folders. Writes results.json, results.csv, junit.xml, certificates; judges only what changed."""
-    if wanted.model is not None:
-        from accept.models.model_file import open_model
-
-        open_model(wanted.model)  # the one that is named, unlike a spec's, must be there
-    credential = None if wanted.no_certificates else bench_credential(home(), wanted.operator, wanted.tsa)
-    who = credential.person if credential else who_acts(wanted.operator)
-    paths, refused = fetched(units, wanted.out, say)
-    with connected(wanted.cluster, say) as cluster, open_store() as store:
+    credential, who = signer(how, not no_certificates)
+    paths, refused = fetched(units, out, say)
+    with connected(cluster, say) as far, open_store() as store:
         request = BatchRequest(
-            paths,
-            wanted.out,
-            specs_for(wanted.spec),
-            who,
-            credential,
-            wanted.workers,
-            bench=load_bench(wanted.bench) if wanted.bench else None,
-            model=wanted.model,
-            cluster=cluster,
-            refused=refused,
-            confirm=confirm,
-            reason=wanted.reason,
-            ask_reason=ask,
-        )
-        listed = _earlier_serials(wanted.out)
+            paths, out, specs_for(spec), who, credential, workers,
+            bench=load_bench(how.bench) if how.bench else None, model=how.model, cluster=far, refused=refused,
+            confirm=confirm, reason=how.reason, ask_reason=ask,
+        )  # fmt: skip
+        listed = _earlier_serials(out)
         report = judge_batch.run(request, store, say)
     unchanged = f"{report.unchanged} of {report.judged} units unchanged since they were judged: not judged again"
     gone = sorted(listed - {u.serial for u in report.units}) if report.units else []
     left_out = f"results.* no longer list {', '.join(gone)}: not asked for this time; `accept list` has them all"
-    certificates = f", {wanted.out / 'certificates'}" if credential else ""
+    certificates = f", {out / 'certificates'}" if credential else ""
     return Answer(
         *_lines(report),
         Remark(unchanged if report.unchanged else ""),
         Remark(left_out if gone else ""),
-        Remark(f"results: {wanted.out / 'results.json'}, results.csv, junit.xml{certificates}"),
+        Remark(f"results: {out / 'results.json'}, results.csv, junit.xml{certificates}"),
         exit=report.exit(),
     )
 
@@ -88,6 +81,17 @@ def _earlier_serials(out: Path) -> set[str]:
         return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
     except (AcceptError, OSError, ValueError, KeyError, TypeError):
         return set()
+
+
+def signer(how: JudgingOptions, certifies: bool = True) -> tuple[Credential | None, str]:
+    """Return the key that signs certificates, if any are wanted, and who judges. Raises SpecError or ModelError if
+    there is no such model."""
+    if how.model is not None:
+        from accept.models.model_file import open_model
+
+        open_model(how.model)  # the one that is named, unlike a spec's, must be there
+    credential = bench_credential(home(), how.operator, how.tsa) if certifies else None
+    return credential, credential.person if credential else who_acts(how.operator)
 
 
 def specs_for(name: str | None) -> dict[str, Spec]:
