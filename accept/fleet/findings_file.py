@@ -10,6 +10,7 @@ import json
 from array import array
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import nullcontext
 from datetime import UTC, datetime
 from functools import cache
 from heapq import merge
@@ -54,9 +55,8 @@ OF_A_FINDING = {
 }  # fmt: skip
 TYPES = OF_A_JUDGEMENT | OF_A_FINDING
 
-Column = tuple[
-    np.ndarray, list[str] | None
-]  # values; of texts the number of the word, -1 for none, and the words in order
+# Values; of texts the number of the word, -1 for none, and the words in order.
+Column = tuple[np.ndarray, list[str] | None]
 
 
 class FindingsTable:
@@ -88,35 +88,20 @@ class FindingsTable:
     def _add(self, event: Event, judged: UnitJudged, attempt: int) -> None:
         result, batch = judged.result, judged.batch
         self._put(
-            seq=event.seq,
-            time=_microseconds(event.time),
-            batch=batch.seq if batch else event.seq,
-            place=batch.place if batch else 0,
-            attempt=attempt,
-            findings=len(result.findings),
-            simulated=result.simulated,
-            typed=judged.typed,
-            operator=event.who,
-            bench=bench_of(result),
+            seq=event.seq, time=_microseconds(event.time),
+            batch=batch.seq if batch else event.seq, place=batch.place if batch else 0,
+            attempt=attempt, findings=len(result.findings), simulated=result.simulated, typed=judged.typed,
+            operator=event.who, bench=bench_of(result),
             **{name: result.origin.get(name, NOT_STATED) for name in OF_ORIGIN},
-            serial=event.subject,
-            kind=result.kind,
-            unit_verdict=str(result.verdict),
-            spec=listed_name(event.spec),
-            held_by=_held_by(result),
-        )
+            serial=event.subject, kind=result.kind, unit_verdict=str(result.verdict),
+            spec=listed_name(event.spec), held_by=_held_by(result),
+        )  # fmt: skip
         days = {check: _microseconds(day) for check, day in result.measured.items()}
+        as_stated = ("check", "quantity", "unit", "reason", "value", "U", "lower", "upper")
         for finding in result.findings:
             self._put(
-                check=finding.check,
-                quantity=finding.quantity,
-                unit=finding.unit,
+                **{name: getattr(finding, name) for name in as_stated},
                 verdict=str(finding.verdict),
-                reason=finding.reason,
-                value=finding.value,
-                U=finding.U,
-                lower=finding.lower,
-                upper=finding.upper,
                 required=getattr(finding, "required", None) is not False,
                 measured=days.get(finding.check, NO_TIME),
             )
@@ -167,10 +152,7 @@ def _brought_up(store: Store) -> FindingsTable:
     table, head = _load(store), store.head()
     before = len(table.columns["seq"])
     events = takewhile(lambda e: e.seq <= head.seq, _bearing(store, table.head.seq))
-    if head.seq - table.head.seq > MANY:
-        with busy("reading the judgements of the store"):
-            table.add(events)
-    else:
+    with busy("reading the judgements of the store") if head.seq - table.head.seq > MANY else nullcontext():
         table.add(events)
     table.head = head
     if store.sealer is not None and len(table.columns["seq"]) - before > FEW:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from accept.fleet.errors import FleetError
+from accept.fleet.errors import FleetError, statistics
 from accept.fleet.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
 from accept.fleet.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
 from accept.fleet.yields import bars, row_panel
@@ -85,21 +85,13 @@ def study(frame: pd.DataFrame) -> GaugeStudy:
     """Return the study of a table. Raises FleetError."""
     if frame["value"].nunique() == 1:
         raise FleetError(f"all {len(frame)} readings are {frame['value'].iloc[0]:g}; repeatability cannot be estimated")
-    try:
+    with statistics():
         return gauge_study(crossed(frame))
-    except ValueError as e:
-        raise FleetError(str(e)) from e
-
-
-def expanded_uncertainty(found: GaugeStudy) -> float:
-    """Return U (k = 2) of one measurement by any operator, which a spec may state for typed values.
-
-    Calibration and other systematic contributions add to it."""
-    return COVERAGE * found.components["gauge"].sigma
 
 
 def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[str, Any]:
-    """Return a study as a document: table of variances, components, shares, categories, U for a spec, verdict."""
+    """Return a study as a document: table of variances, components, shares, categories, verdict, and U (k = 2) of one
+    measurement by any operator, which a spec may state for typed values; systematic contributions add to it."""
     total = found.components["total"].sigma
     return {
         "readings": readings,
@@ -120,7 +112,7 @@ def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[
         "percent_of_study": found.percent_of_study,
         "percent_of_tolerance": None if tolerance is None else found.percent_of_tolerance(tolerance),
         "degrees": found.degrees,
-        "U": expanded_uncertainty(found),
+        "U": COVERAGE * found.components["gauge"].sigma,
         "verdict": found.verdict(tolerance),
         "decided_by": found.decided_by(tolerance),
     }  # fmt: skip
@@ -128,29 +120,20 @@ def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[
 
 def bias(frame: pd.DataFrame, reference: float, tolerance: float | None) -> BiasStudy:
     """Return the study of readings of a single part. Raises FleetError."""
-    try:
+    with statistics():
         return bias_study(frame["value"].to_numpy(dtype=float), reference, tolerance)
-    except ValueError as e:
-        raise FleetError(str(e)) from e
 
 
 def linearity(frame: pd.DataFrame) -> LinearityStudy:
     """Return the study of readings of several parts with their references. Raises FleetError."""
-    try:
+    with statistics():
         return linearity_study(frame["reference"].to_numpy(dtype=float), frame["value"].to_numpy(dtype=float))
-    except ValueError as e:
-        raise FleetError(str(e)) from e
 
 
 def bias_document(found: BiasStudy, reference: float, tolerance: float | None) -> dict[str, Any]:
     """Return a study of type 1 as a document."""
-    return {
-        **asdict(found),
-        "bias": _estimate(found.bias),
-        "reference": reference,
-        "tolerance": tolerance,
-        "capable": found.capable,
-    }
+    stated = {"reference": reference, "tolerance": tolerance, "capable": found.capable}
+    return {**asdict(found), "bias": _estimate(found.bias), **stated}
 
 
 def linearity_document(found: LinearityStudy) -> dict[str, Any]:

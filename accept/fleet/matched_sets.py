@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from accept.fleet.errors import FleetError
+from accept.fleet.errors import FleetError, statistics
 from accept.fleet.measurements import GOLDEN, in_order_of_measurement, latest
 from accept.fleet.process_control.matching import MatchedSets, ideal_replacement, match
 from accept.fleet.trend import equal_values, whose
@@ -69,10 +69,8 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
 
 def choose(units: Pool, size: int, sets: int) -> MatchedSets:
     """Return sets of `size`, the best first. Raises FleetError if there are too few units."""
-    try:
+    with statistics():
         return match(units.values, units.U, size, sets)
-    except ValueError as e:
-        raise FleetError(str(e)) from e
 
 
 def advice(units: Pool, members: Sequence[int], cost: float) -> str:

@@ -122,14 +122,11 @@ def _is_brief(judgement: np.ndarray, days: np.ndarray, verdict: Column) -> np.nd
 
 def _of_voids(found: Mapping[str, Column], void: Mapping[int, str]) -> dict[str, Column]:
     """Return the columns `voided` and, if it is asked for, `unit_verdict` with the judgements that are void."""
-    is_void = np.flatnonzero(np.isin(found["seq"][0], list(void)))
+    is_void = np.isin(found["seq"][0], list(void))
     made = {VOIDED: _words_of_judgements(found["seq"][0], void)}
-    if "unit_verdict" in found and is_void.size:
+    if "unit_verdict" in found and is_void.any():
         values, verdicts = found["unit_verdict"]
-        made["unit_verdict"] = (
-            np.where(np.isin(np.arange(values.size), is_void), len(verdicts or ()), values),
-            [*(verdicts or ()), VOIDED],
-        )
+        made["unit_verdict"] = np.where(is_void, len(verdicts or ()), values), [*(verdicts or ()), VOIDED]
     return made
 
 
@@ -148,15 +145,6 @@ def _typed_column(name: str, values: np.ndarray, words: list[str] | None) -> Any
     if name in TIMES:
         return pd.Series(values.view("M8[us]")).dt.tz_localize("UTC")
     return values.astype(bool) if TYPES.get(name) == TRUTH else values
-
-
-def _with_types(frame: pd.DataFrame) -> pd.DataFrame:
-    for name in TIMES:
-        frame[name] = pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us")
-    frame["required"] = frame["required"].fillna(True).astype(bool)
-    numbers = ["value", "U", "lower", "upper"]
-    frame[numbers] = frame[numbers].astype(float)
-    return frame
 
 
 def instrument_checks(store: Store, name: str) -> pd.DataFrame:
@@ -182,7 +170,9 @@ def instrument_checks(store: Store, name: str) -> pd.DataFrame:
         }
         for event, each in found
     ]  # fmt: skip
-    return _with_types(pd.DataFrame(rows, columns=COLUMNS))
+    frame = pd.DataFrame(rows, columns=COLUMNS).astype(dict.fromkeys(("value", "U", "lower", "upper"), float))
+    times = {name: pd.to_datetime(frame[name], utc=True, format="ISO8601").dt.as_unit("us") for name in TIMES}
+    return frame.assign(**times)
 
 
 def when(frame: pd.DataFrame) -> pd.Series:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from accept.fleet.errors import FleetError
+from accept.fleet.errors import FleetError, statistics
 from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import first_attempts, in_order_of_measurement, of_quantity
 from accept.fleet.process_control.capability import Capability, Index, capability
@@ -91,10 +91,8 @@ def trends(
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
     ordered = in_order_of_measurement(first)
-    groups = (
-        [("all", ordered)] if by == "all" else [(str(name), rows) for name, rows in ordered.groupby(by, observed=True)]
-    )
-    known = baselines or {}
+    parts = [("all", ordered)] if by == "all" else ordered.groupby(by, observed=True)
+    groups, known = ((str(name), rows) for name, rows in parts), baselines or {}
     return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules))) for name, rows in groups]
 
 
@@ -142,20 +140,7 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, alarms)
-    return Trend(
-        name=name,
-        quantity=quantity,
-        unit=str(units[0]),
-        rows=rows,
-        compared=compared,
-        chart=control,
-        alarms=alarms,
-        capability=cap,
-        baseline=baseline,
-        false_alarms=rate,
-        scale=scale,
-        why=tuple(why),
-    )
+    return Trend(name, quantity, str(units[0]), rows, compared, control, alarms, cap, baseline, rate, scale, tuple(why))
 
 
 def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
@@ -214,29 +199,27 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     """Return an alarm in words: which units, since when, direction, size and where."""
     first, last = (trend.rows.iloc[i] for i in (alarm.first, alarm.last))
     units = str(first["serial"]) if alarm.first == alarm.last else f"{first['serial']} to {last['serial']}"
-    count = alarm.units
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
+    shown = f"{units} ({alarm.units} units, since {since})"
     where = whose(alarm.place, ", only")
     match alarm.rule:
         case "equal":
             value = f"{first['value']:g} {trend.unit}"
             return (
-                f"{units} (since {since}): {count} equal values of {value} in a row{whose(alarm.place)}; measured ones "
-                f"show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a number copied, did "
-                "a reading stand still, or are the steps of the meter too coarse?"
+                f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}; "
+                f"measured ones show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a "
+                "number copied, did a reading stand still, or are the steps of the meter too coarse?"
             )
         case "value":
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
             return f"{units} ({since}{there}): {size} from the mean"
         case "shift":
-            return f"{units} ({count} units, since {since}): the mean moved {alarm.direction} by {size}{where}"
+            return f"{shown}: the mean moved {alarm.direction} by {size}{where}"
         case "drift":
-            return (
-                f"{units} ({count} units, since {since}): drifts {alarm.direction}, by {size} over these units{where}"
-            )
+            return f"{shown}: drifts {alarm.direction}, by {size} over these units{where}"
         case _:
-            return f"{units} ({count} units, since {since}): rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
+            return f"{shown}: rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
 
 def whose(place: Place | None, only: str = "") -> str:
@@ -270,26 +253,13 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     where = f"{trend.quantity}, {trend.name}"
     if trend.name in stored_baselines(store, trend.quantity, by) and not reason.strip():
         raise FleetError(f"{where}: has a baseline; say why it is revised: --reason")
-    try:
+    with statistics(f"{where}: no baseline: "):
         process = estimate_baseline(to_scale(trend.rows["value"].to_numpy()[trend.compared], trend.scale))
-    except ValueError as e:
-        raise FleetError(f"{where}: no baseline: {e}") from e
     if process.sigma == 0.0:
         raise FleetError(f"{where}: no baseline: all {process.n} values are {process.mean:g}")
     since, until = (f"{trend.rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
     group = "all" if by == "all" else f"{by}: {trend.name}"
-    stated = BaselineSet(
-        trend.quantity,
-        group,
-        since,
-        until,
-        process.mean,
-        process.sigma,
-        process.n,
-        process.left_out,
-        reason.strip(),
-        trend.scale,
-    )
+    stated = BaselineSet(trend.quantity, group, since, until, **vars(process), reason=reason.strip(), scale=trend.scale)
     store.write(stated, who=who)
     return stated
 
@@ -301,11 +271,9 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
     indices: dict[str, Any] = {}
     for name in ("Cp", "Cpk", "Pp", "Ppk"):
         index: Index | None = getattr(cap, name) if cap else None
-        indices |= {
-            name: index.value if index else None,
-            f"{name}_lo": index.lo if index else None,
-            f"{name}_hi": index.hi if index else None,
-        }
+        value, lo, hi = (index.value, index.lo, index.hi) if index else (None, None, None)
+        indices |= {name: value, f"{name}_lo": lo, f"{name}_hi": hi}
+    fitted = cap.percentiles if cap else None
     return {
         "group": t.name,
         "unit": t.unit,
@@ -317,8 +285,8 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "in_control": t.chart is not None and not t.alarms,
         "normal": cap.normal if cap else None,
         "p_normal": cap.p_normal if cap else None,
-        "Ppk_percentiles": cap.percentiles.Ppk if cap and cap.percentiles else None,
-        "distribution": cap.percentiles.distribution if cap and cap.percentiles else None,
+        "Ppk_percentiles": fitted.Ppk if fitted else None,
+        "distribution": fitted.distribution if fitted else None,
         "baseline": _baseline_document(t),
         "limits": None if t.chart is None else {"lower": t.chart.lower, "upper": t.chart.upper},
         "false_alarm_rate": t.false_alarms if t.chart else None,
@@ -333,18 +301,16 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
     base, stored = t.chart.baseline if t.chart else None, t.baseline
     if base is None:
         return None
+    stated = stored.stated if stored else None
     return {
-        "mean": base.mean,
-        "sigma": base.sigma,
-        "n": base.n,
-        "left_out": base.left_out,
+        **vars(base),
         "scale": t.scale or "as measured",
-        "since": stored.stated.since if stored else None,
-        "until": stored.stated.until if stored else None,
-        "stored_by": stored.who if stored else None,
-        "typed": stored.stated.typed if stored else None,
-        "stored_at": stored.time if stored else None,
-        "reason": stored.stated.reason if stored else None,
+        "since": stated and stated.since,
+        "until": stated and stated.until,
+        "stored_by": stored and stored.who,
+        "typed": stated and stated.typed,
+        "stored_at": stored and stored.time,
+        "reason": stated and stated.reason,
     }
 
 

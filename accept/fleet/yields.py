@@ -57,13 +57,8 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
     last = newest["unit_verdict"].eq("accepted") | conceded
     missing = set(last.index[~last]) - stopped  # incomplete to this day, though nothing that was attempted failed
     passed = [serial in tried and serial not in stopped | missing for serial in first["serial"]]
-    units = first.assign(
-        first=passed,
-        **{
-            name: first["serial"].astype(object).map(each).astype(bool)
-            for name, each in (("finally_", last), ("conceded", conceded))
-        },
-    )
+    in_the_end, by_concession = (first["serial"].astype(object).map(each).astype(bool) for each in (last, conceded))
+    units = first.assign(first=passed, finally_=in_the_end, conceded=by_concession)
     grouped = units.groupby(by, sort=True, observed=True).agg(
         units=("serial", "size"), first=("first", "sum"), last=("finally_", "sum"), conceded=("conceded", "sum")
     )
@@ -153,10 +148,8 @@ def panels(made: pd.DataFrame, causes: pd.DataFrame, by: str) -> list[Panel]:
     share, lo, hi = (100.0 * made[name].to_numpy(dtype=float) for name in ("first_pass", "lo", "hi"))
     words = [f"{row[by]}: {row['first']} of {row['units']}" for row in made.to_dict("records")]
     shares = bars(share, words, "good")
-    ends = [
-        Line(np.array(pair), np.full(2, len(share) - 1.0 - i), role="data")
-        for i, pair in enumerate(zip(lo, hi, strict=True))
-    ]
+    pairs = enumerate(zip(lo, hi, strict=True))
+    ends = [Line(np.array(pair), np.full(2, len(share) - 1.0 - i), role="data") for i, pair in pairs]
     across = "passed at their first attempt [%], with the 95 % interval"
     shown = [row_panel("first-pass yield", across, [*shares, *ends], len(share), 100.0)]
     if len(causes):
