@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
 from itertools import takewhile
 from pathlib import Path
+from typing import Any
 
 from accept.base.atomic_files import remove_leftovers
 from accept.base.documents.results import ListedUnit, UnitHeader, UnitRecord
@@ -21,7 +22,7 @@ from accept.base.runner import GivenUp, Workers
 from accept.base.spelling import spelling_key
 from accept.batch.executors import run_jobs
 from accept.batch.pipeline import Pipeline, spec_for
-from accept.batch.ports import Judgement, JudgingOrder, Refusal
+from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.services import JudgingServices
 from accept.certificate import ContentError, InvalidCertificate, ends_before
@@ -95,42 +96,38 @@ class Roster:
 
     def folder(self, serial: str) -> Path | None:
         """Return the folder of a unit of this batch, None if it has no such unit."""
-        row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        return None if row is None else Path(row[0])
+        path = self._get("path", serial)
+        return None if path is None else Path(path)
 
     def place(self, serial: str) -> int:
         """Return the place of a unit among the folders, in the order in which they were found."""
-        row = self._file.execute("SELECT rowid FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        return int(row[0]) - 1
+        return int(self._get("rowid", serial)) - 1
 
     def refuse(self, path: Path) -> None:
         self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
 
     def judged(self, serial: str, seq: int | None, unchanged: bool = False) -> None:
         """Note the event that holds the unit's result; a later one replaces an earlier one."""
-        row = (seq, int(unchanged), serial)
-        self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
+        self._set(serial, seq=seq, unchanged=int(unchanged))
 
     def event(self, serial: str) -> int | None:
         """Return the number of the event that holds the unit's result, None before it was judged."""
-        row = self._file.execute("SELECT seq FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        return None if row is None else row[0]
+        seq: int | None = self._get("seq", serial)
+        return seq
 
     def keep(self, result: UnitRecord) -> None:
         """Keep the result of a unit in this run, without its pictures."""
-        row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)
-        self._file.execute("UPDATE unit SET found = ? WHERE serial = ? AND refused = 0", row)
+        self._set(result.serial, found=zlib.compress(pickle.dumps(replace(result, panels={})), 1))
 
     def found(self, serial: str) -> UnitRecord | None:
         """Return the result of a unit in this run, None if it was not judged in it."""
-        row = self._file.execute("SELECT found FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
-        result: UnitRecord | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
+        kept = self._get("found", serial)
+        result: UnitRecord | None = None if kept is None else pickle.loads(zlib.decompress(kept))
         return result
 
     def known(self, serial: str, earlier: int, since: int) -> None:
         """Note how many judgements of the serial were counted, in events before number `since`."""
-        row = (earlier, since, serial)
-        self._file.execute("UPDATE unit SET earlier = ?, since = ? WHERE serial = ? AND refused = 0", row)
+        self._set(serial, earlier=earlier, since=since)
 
     def results(self) -> Iterator[tuple[str, int, int, int]]:
         """Yield (serial, number of its event, and what `known` counted: earlier, since), by serial."""
@@ -143,10 +140,16 @@ class Roster:
         found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
         return found[0]
 
+    def _get(self, column: str, serial: str) -> Any:
+        row = self._file.execute(f"SELECT {column} FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else row[0]
+
+    def _set(self, serial: str, **row: Any) -> None:
+        columns = ", ".join(f"{column} = ?" for column in row)
+        self._file.execute(f"UPDATE unit SET {columns} WHERE serial = ? AND refused = 0", (*row.values(), serial))
+
 
 CERTIFICATES = "certificates"
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -236,18 +239,11 @@ class _Batch:
     def __init__(self, request: BatchRequest, roster: Roster, store: Store, say: Say) -> None:
         self.request, self.roster, self.store, self.say = request, roster, store, say
         self.report = BatchReport()
+        services = JudgingServices(store, request.operator, request.credential, request.model)
         self.pipeline = Pipeline(
-            store,
-            request.specs,
-            request.operator,
-            JudgingServices(store, request.operator, request.credential, request.model),
-            bench_file=request.bench,
-            on=request.on,
-            out=request.out,
-            confirm=request.confirm,
-            reason=request.reason,
-            ask_reason=request.ask_reason,
-        )
+            store, request.specs, request.operator, services, bench_file=request.bench, on=request.on, out=request.out,
+            confirm=request.confirm, reason=request.reason, ask_reason=request.ask_reason,
+        )  # fmt: skip
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
         self.unsigned = set[str]()  # judged without a new certificate, though one was wanted
         self.started = 0  # number of the event that says so
@@ -401,7 +397,6 @@ def _why(result: UnitRecord) -> str:
 
 
 def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
-    """Yield the judgements of a unit from one event to another."""
     return takewhile(lambda e: e.seq <= last, store.events(serial, UnitJudged.KIND, after=first - 1))
 
 

@@ -76,7 +76,23 @@ def junit_unit(unit: ListedUnit) -> bytes:
     """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
     an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
     change it."""
-    return _element(_suite(unit))
+    cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
+    cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
+    failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)
+    errors = sum(verdict == "no_result" for _, _, verdict, _ in cases)
+    counts = {"tests": len(cases), "failures": failures, "errors": errors}
+    suite = ET.Element("testsuite", {"name": unit.serial} | {k: str(v) for k, v in counts.items()})
+    if unit.simulated:
+        properties = ET.SubElement(suite, "properties")
+        ET.SubElement(properties, "property", name="simulated", value="true")
+    for check, quantity, verdict, reason in cases:
+        case = ET.SubElement(suite, "testcase", classname=check, name=quantity)
+        if verdict != "pass":
+            tag = "error" if verdict == "no_result" else "failure"
+            ET.SubElement(case, tag, type=verdict, message=_clean(reason))
+    if unit.gap is not None:
+        ET.SubElement(suite, "system-out").text = _clean(one_line(unit.gap))
+    return _element(suite)
 
 
 def junit_refused(refused: list[dict[str, str]]) -> bytes:
@@ -94,26 +110,6 @@ def _element(suite: ET.Element) -> bytes:
     ET.indent(suite, level=1)
     text: bytes = ET.tostring(suite, encoding="utf-8")
     return b"  " + text + b"\n"
-
-
-def _suite(unit: ListedUnit) -> ET.Element:
-    cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
-    cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
-    failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)
-    errors = sum(verdict == "no_result" for _, _, verdict, _ in cases)
-    counts = {"tests": len(cases), "failures": failures, "errors": errors}
-    suite = ET.Element("testsuite", {"name": unit.serial} | {k: str(v) for k, v in counts.items()})
-    if unit.simulated:
-        properties = ET.SubElement(suite, "properties")
-        ET.SubElement(properties, "property", name="simulated", value="true")
-    for check, quantity, verdict, reason in cases:
-        case = ET.SubElement(suite, "testcase", classname=check, name=quantity)
-        if verdict != "pass":
-            tag = "error" if verdict == "no_result" else "failure"
-            ET.SubElement(case, tag, type=verdict, message=_clean(reason))
-    if unit.gap is not None:
-        ET.SubElement(suite, "system-out").text = _clean(one_line(unit.gap))
-    return suite
 
 
 def _clean(text: str) -> str:
@@ -229,8 +225,9 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     import pyarrow as pa
 
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
+    timed = frame.assign(time=frame["time"].map(datetime.fromisoformat))
     schema = pa.schema([(name, _kind(of)) for name, of in COLUMNS.items()])
-    return pa.Table.from_pandas(frame.assign(time=frame["time"].map(_instant)), schema=schema, preserve_index=False)
+    return pa.Table.from_pandas(timed, schema=schema, preserve_index=False)
 
 
 def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
@@ -238,7 +235,7 @@ def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
     JSON."""
     import pyarrow as pa
 
-    timed = [{**row, "time": _instant(row["time"])} for row in rows]
+    timed = [{**row, "time": datetime.fromisoformat(row["time"])} for row in rows]
     names = (*OF_UNIT, "attempt", "time", "operator", "entry")
     return pa.Table.from_pylist(timed, pa.schema([(name, _kind(COLUMNS.get(name, str))) for name in names]))
 
@@ -248,7 +245,3 @@ def _kind(of: type) -> "pa.DataType":
 
     kinds = {float: pa.float64(), bool: pa.bool_(), int: pa.int64(), datetime: pa.timestamp("us", tz="UTC")}
     return kinds.get(of, pa.string())
-
-
-def _instant(text: str) -> datetime:
-    return datetime.fromisoformat(text)
