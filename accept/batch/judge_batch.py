@@ -234,8 +234,6 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
 
 
 class _Batch:
-    """One batch under way."""
-
     def __init__(self, request: BatchRequest, roster: Roster, store: Store, say: Say) -> None:
         self.request, self.roster, self.store, self.say = request, roster, store, say
         self.report = BatchReport()
@@ -401,7 +399,6 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
-    """Return the pictures of a certificate, None if it cannot be read."""
     from accept.certificate import read_contents
 
     try:

@@ -220,7 +220,6 @@ class Results:
 
 
 def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
-    """Return a row per finding, the columns of results.csv."""
     import pandas as pd
     import pyarrow as pa
 

@@ -70,6 +70,11 @@ def table(titles: Iterable[str | Column], rows: Iterable[Iterable[str | Text]], 
     return made
 
 
+def first_of(names: Sequence[str], most: int = 10) -> str:
+    """Return names in one line: the first of them, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def picture(
     place: Path | None, panels: "Callable[[], Sequence[Panel]]", columns: int | None = None, announced: bool = False
 ) -> File:

@@ -258,7 +258,6 @@ def _read(store: Store, sealer: Sealer, names: Collection[str]) -> tuple[StoreHe
 
 
 def _words(name: str) -> str:
-    """Return the name under which the words of a column of texts are stored."""
     return f"{name}.words"
 
 

@@ -315,7 +315,6 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
 
 
 def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
-    """Return the alarms of the chart in order, each with the first and last unit that it concerns."""
     serials = t.rows["serial"].array
     return [
         {

@@ -72,7 +72,6 @@ def commission(
 
 
 def _credential() -> keys.Credential | None:
-    """Return the technician's key, if the bench has one and its passphrase is given."""
     try:
         return keys.unlock(home(), authority.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
     except keys.KeysError as e:

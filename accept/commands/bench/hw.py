@@ -20,7 +20,7 @@ from accept.capture.operator_actions import OperatorActions, Person, Player, Sta
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, WatchedFolder, declared_file, pick_up
-from accept.commands.answer import PLAIN, Answer, File, Remark, command, refusal, table
+from accept.commands.answer import PLAIN, Answer, File, Remark, command, first_of, refusal, table
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
@@ -36,7 +36,6 @@ from specs.strict import SpecError
 
 BENCH_FILE = "bench.toml"
 LOOK_S = 0.2  # between two looks into the folder
-NAMED = 5  # files that were there before, in one line
 LISTED = ("name", "driver", "measures", "model", "serial", "port", "calibrated until")
 ASKED = ("name", "connected as", "answered", "connect s", "reading s")
 SOON_DAYS = 30  # before a calibration ends it is marked
@@ -77,7 +76,6 @@ def show_list(bench: Bench = None, json: JsonAnswer = None) -> Answer:
 
 
 def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentListed:
-    """Return the row of an instrument or a recorder; it is not asked."""
     link = entry.link if isinstance(entry, InstrumentEntry) else None
     resource = entry.resource if isinstance(entry, InstrumentEntry) else None
     return InstrumentListed(
@@ -89,7 +87,12 @@ def _listing_row(name: str, entry: InstrumentEntry | RecorderEntry) -> Instrumen
 
 
 def _row(name: str, entry: InstrumentEntry | RecorderEntry) -> tuple[str, ...]:
-    port = _port(entry) if isinstance(entry, InstrumentEntry) else f"{len(entry.channels)} channels"
+    if isinstance(entry, RecorderEntry):
+        port = f"{len(entry.channels)} channels"
+    elif entry.link is None:
+        port = "-"
+    else:
+        port = f"{entry.link.port}{'' if Path(entry.link.port).exists() else ' (not there)'}"
     measures, model, serial = ", ".join(entry.measures), entry.model or "-", entry.serial or "-"
     return name, entry.driver, measures, model, serial, port, _calibration_words(entry)
 
@@ -124,12 +127,6 @@ def _days_left(entry: InstrumentEntry | RecorderEntry) -> int | None:
     return None if entry.calibration is None else (entry.calibration.due - datetime.now(UTC).date()).days
 
 
-def _port(entry: InstrumentEntry) -> str:
-    if entry.link is None:
-        return "-"
-    return f"{entry.link.port}{'' if Path(entry.link.port).exists() else ' (not there)'}"
-
-
 @command
 def ask(
     names: Annotated[list[str] | None, Argument(help="Names of instruments; default: all.")] = None,
@@ -161,7 +158,6 @@ def ask(
 
 
 def _answer_of(name: str, entry: InstrumentEntry | RecorderEntry) -> InstrumentAsked:
-    """Return the answer of an instrument, or its error."""
     identity, reading, times = Identity(), None, list[float]()
     problem = None
     try:
@@ -187,7 +183,6 @@ def _timed(what: Callable[[], T], times: list[float]) -> T:
 
 
 def _identity_words(one: InstrumentAsked) -> str:
-    """Return the name that an instrument gave itself."""
     if one.connect_s is None:
         return "no"
     return " ".join(word for word in (one.model, one.serial) if word) or "responds (no identification)"
@@ -284,8 +279,7 @@ def pickup(
     watch, until = WatchedFolder(watched, STABLE_S, old), time.monotonic() + wait
     say(f"waiting for {len(records)} record{'s' * (len(records) > 1)} in {watched}, at most {wait:g} s")
     if watch.not_offered:
-        more = "" if len(watch.not_offered) <= NAMED else f" and {len(watch.not_offered) - NAMED} more"
-        say(f"there already, and taken with --old only: {', '.join(watch.not_offered[:NAMED])}{more}")
+        say(f"there already, and taken with --old only: {first_of(watch.not_offered, 5)}")
     left = list(records)
     for source in _arriving(watch, until):
         fitting = [one for one in records if one.fits(source.name)]

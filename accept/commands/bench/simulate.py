@@ -91,7 +91,7 @@ def request_of(wanted: SimulateOptions) -> UnitRequest:
     if wanted.kind not in SIMULATED_MODEL:
         raise UnitRequestError(f"kind '{wanted.kind}': expected one of {', '.join(SIMULATED_MODEL)}")
     model, effects = _model(wanted)
-    effects += [effect_of(text) for text in wanted.effect or ()]
+    effects += [named_values(text, "effect") for text in wanted.effect or ()]
     if wanted.dx_um or wanted.dy_um:
         effects.append(("misalignment", {"dx_um": wanted.dx_um, "dy_um": wanted.dy_um}))
     return UnitRequest(
@@ -120,17 +120,15 @@ def _model(wanted: SimulateOptions) -> tuple[Model, list[Effect]]:
     return model, [effect for effect in effects_of(it.spec) if effect[0] in it.left_out]
 
 
-def effect_of(text: str) -> Effect:
+def named_values(text: str, what: str) -> Effect:
     """Parse `name:key=value,key=value`, or a name without values. Raises UnitRequestError."""
     name, _, given = text.partition(":")
-    return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"effect '{name}'")
+    return name.strip(), pairs((p for p in given.split(",") if p.strip()), f"{what} '{name}'")
 
 
 def experiment_of(text: str) -> ExperimentRequest:
     """Parse `kind:key=value`, or a kind without values. Raises UnitRequestError."""
-    name, _, given = text.partition(":")
-    values = pairs((p for p in given.split(",") if p.strip()), f"experiment '{name}'")
-    return ExperimentRequest.of(name.strip(), values)
+    return ExperimentRequest.of(*named_values(text, "experiment"))
 
 
 def pairs(texts: Iterable[str], where: str) -> dict[str, float]:

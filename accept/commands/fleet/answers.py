@@ -11,7 +11,7 @@ from rich.text import Text
 
 from accept.base.console import stdout
 from accept.base.names import shown_name
-from accept.commands.answer import File, Remark, table
+from accept.commands.answer import File, Remark, first_of, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
@@ -21,7 +21,6 @@ from accept.judging.golden import not_counted
 from accept.pictures.labels import label_and_name, label_of
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
-MOST_NAMED = 10  # void attempts in one line
 NARROW = 100  # columns of a terminal below which the day stands alone
 TITLES = {  # on the terminal; files keep the names of the columns
     "unit_verdict": "verdict",
@@ -62,9 +61,8 @@ def left_out(frame: pd.DataFrame) -> Iterator[Remark]:
     for words, rows in (("void", frame["voided"] != ""), ("simulated", frame["simulated"])):
         attempts = frame[rows].drop_duplicates("seq")
         named = [f"{row['serial']} attempt {row['attempt']}" for row in attempts.to_dict("records")]
-        more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
         if named:
-            yield Remark(f"{len(named)} {words} and not counted: {', '.join(named[:MOST_NAMED])}{more}")
+            yield Remark(f"{len(named)} {words} and not counted: {first_of(named)}")
     if words := golden_left_out(frame[frame[GOLDEN]]):
         yield words
 
@@ -88,7 +86,6 @@ def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[
 
 
 def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return rows whose texts no spreadsheet takes for formulas."""
     texts = frame.select_dtypes(include=["object", "string", "category"]).columns
     quoted = {
         name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts

@@ -1,7 +1,6 @@
 """`accept rejudge` and `accept match`."""
 
 import sys
-from collections.abc import Sequence
 from typing import Annotated
 
 import pandas as pd
@@ -10,7 +9,7 @@ from typer import Option
 from accept.base.cluster.connect import connected
 from accept.base.console import say
 from accept.base.exit_codes import Exit
-from accept.commands.answer import Answer, Remark, command
+from accept.commands.answer import Answer, Remark, command, first_of
 from accept.commands.fleet.answers import files, golden_left_out, rows
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
@@ -22,7 +21,6 @@ from accept.store import open_store
 from specs.plugins import ProductError, product_named
 from specs.spec import Spec
 
-NAMED = 10  # serials in a sentence
 SHOWN = 500  # flips on the terminal; the files have all
 
 
@@ -51,7 +49,7 @@ def rejudge(
     more = f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}"
     by_values = (
         f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
-        f"their folders are gone, cannot be read or no longer hold what was judged ({_named(sorted(not_measured))})"
+        f"their folders are gone, cannot be read or no longer hold what was judged ({first_of(sorted(not_measured))})"
     )
     limits_only = "stored values were compared with the new limits; changed settings of a check need --records"
     return Answer(
@@ -62,10 +60,6 @@ def rejudge(
         *files(outputs, flipped),
         exit=Exit.INCOMPLETE if worse else Exit.ACCEPTED,
     )
-
-
-def _named(serials: Sequence[str]) -> str:
-    return ", ".join(serials[:NAMED]) + (f" and {len(serials) - NAMED} more" if len(serials) > NAMED else "")
 
 
 def _changes_words(unit: judged_again.JudgedAgain) -> str:
@@ -89,7 +83,7 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Answer:
     if words := golden_left_out(frame[frame[GOLDEN] & (frame["kind"] == kind)]):
         say(words)
     for why, serials in units.left_out.items():
-        say(f"left out, {why}: {_named(serials)}")
+        say(f"left out, {why}: {first_of(serials)}")
     found = matched_sets.choose(units, size, sets)
     chosen = pd.DataFrame(
         {"set": number, "serial": units.serials[i], **dict(zip(units.quantities, units.values[i], strict=True))}

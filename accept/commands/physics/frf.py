@@ -217,7 +217,6 @@ def _of_hits(records: Sequence[Record], settings: EstimatorSettings, hits: Hamme
 def _document(
     responses: Sequence[MeasuredResponse], compared: Mapping[str, Sequence[ResponseDifference]]
 ) -> dict[str, Any]:
-    """Return the document of --json: the responses, and their differences if they were compared."""
     shown = [to_json(r) | (hammer_json(r) if isinstance(r, ImpactResponse) else {}) for r in responses]
     return {"responses": shown} | (
         {"differences": [asdict(d) for found in compared.values() for d in found]} if compared else {}
@@ -236,7 +235,6 @@ def _mapping(given: Sequence[str] | None) -> dict[str, str]:
 
 
 def _about(response: MeasuredResponse) -> list[str | Table]:
-    """Return the table of a response, and its notes."""
     rows = hammer_summary(response) if isinstance(response, ImpactResponse) else summary(response)
     return [rows, *(Remark(f"{response.title}: {note}") for note in response.frf.notes)]
 
@@ -296,7 +294,6 @@ def _coherent(frf: Frf, channel: str) -> str:
 
 
 def _comparison(compared: Mapping[str, Sequence[ResponseDifference]], against: ImportedResponse) -> Table:
-    """Return a row per channel: how far it lies from the other response."""
     titles = ("response", "channel", "bins", "median", "largest", "at [Hz]", "within both 95 % regions")
     rows = []
     for title, found in compared.items():

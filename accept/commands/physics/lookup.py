@@ -71,7 +71,6 @@ def run_info(
 
 
 def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
-    """Return model, grid and state of a stored table."""
     try:
         table = open_table(path)
     except TableError as e:

@@ -163,19 +163,19 @@ def demo_credential(home: Path) -> Credential:
     return keys.unlock(place, TECHNICIAN, _DEMO_PASSPHRASE)
 
 
-def check_reason(reason: str, passphrase: str) -> None:
-    """Raise KeysError if a reason, which is stored in clear, is the passphrase."""
-    if reason.strip() == passphrase.strip():
+def qa_credential(passphrase_file: Path | None, reason: str | None = None) -> Credential:
+    """Return the opened QA key of this bench. Raises KeysError, also if the reason of the decision that it signs, which
+    is stored in clear, is the passphrase."""
+    warn_of_home(home())
+    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
+    if reason is not None and reason.strip() == passphrase.strip():
         raise KeysError("the reason is the passphrase: it would be stored in clear; nothing was done")
+    return keys.unlock(home(), authority.QA, passphrase)
 
 
 def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
-    """Return the opened QA key of this bench, which signs decisions. Raises KeysError, also if the reason of the
-    decision is the passphrase."""
-    warn_of_home(home())
-    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
-    check_reason(reason, passphrase)
-    credential = keys.unlock(home(), authority.QA, passphrase)
+    """Return what signs decisions, by the opened QA key of this bench. Raises KeysError."""
+    credential = qa_credential(passphrase_file, reason)
     if credential.key is None:
         raise KeysError("no key found to sign a decision with")
     return Signer(credential.key, credential.certificate)

@@ -11,11 +11,10 @@ from accept.base.home import home
 from accept.base.plain_text import one_line
 from accept.certificate import Validity, parse_disposition, read_certificate, sign_into
 from accept.certificate.trust import keys
-from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
-from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of, warn_of_home
+from accept.commands.trust.bench_keys import qa_credential
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import DATABASE, StoreError, open_store
 
@@ -48,10 +47,7 @@ def run(
     if not store_is_there():
         place = "countersign at the bench, or name its store with ACCEPT_STORE_URL"
         raise StoreError(f"{home() / DATABASE}: there is no store to keep the countersignature in; {place}")
-    warn_of_home(home())
-    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
-    check_reason(because, passphrase)
-    credential = keys.stamping(keys.unlock(home(), QA, passphrase), tsa, home())
+    credential = keys.stamping(qa_credential(passphrase_file, because), tsa, home())
     with open_store() as store:
         sign_into(
             certificate, content, credential, store, before.serial, credential.person,

@@ -78,7 +78,6 @@ def show(json: JsonAnswer = None) -> Answer:
 
 
 def _warnings(known: Sequence[keys.KeyInfo]) -> list[str]:
-    """Return warnings about the keys of this bench, each with its remedy."""
     now = datetime.now(UTC)
     found = [
         f"the key of {key.person} ({key.role}) is valid until {key.valid_to:%Y-%m-%d}"

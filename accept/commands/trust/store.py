@@ -141,7 +141,6 @@ def copies() -> Answer:
 
 
 def _others(copy: Mapping[str, Any]) -> str:
-    """Return the other places of a recording."""
     return ", ".join(f"{w['serial']}:{w['sample']}" for w in copy["with"])
 
 

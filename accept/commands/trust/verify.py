@@ -97,7 +97,6 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
 
 
 def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
-    """Return the requirements that a certificate does not meet."""
     if report.outcome is Validity.NOT_VALID:
         return []
     missing = []

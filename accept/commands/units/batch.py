@@ -76,7 +76,6 @@ def _lines(report: BatchReport) -> Iterator[str | Table]:
 
 
 def _earlier_serials(out: Path) -> set[str]:
-    """Return the serials in the results of an earlier batch."""
     try:
         return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
     except (AcceptError, OSError, ValueError, KeyError, TypeError):

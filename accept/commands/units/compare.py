@@ -72,7 +72,6 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitRecord]:
 
 
 def _about(found: Fleet) -> list[str | Table]:
-    """Return the table of a fleet, and which units stand out."""
     if not found.compared:
         few = f"{len(found.serials)} units of kind {found.kind} are too few to find outliers"
         return [f"{few}: {MIN_UNITS} with the same quantity are needed"]
@@ -115,7 +114,6 @@ def to_json(found: Fleet) -> dict[str, Any]:
 
 
 def _panels(alike: Sequence[Sequence[UnitRecord]], fleets: Sequence[Fleet]) -> list[Panel]:
-    """Return curves of each fleet, one over the other."""
     from accept.pictures.reduce import reduce_panel
 
     pairs = zip(alike, fleets, strict=True)

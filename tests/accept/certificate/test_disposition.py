@@ -9,6 +9,7 @@ from pypdf import PdfReader
 from accept.certificate import DispositionError, parse_disposition
 from accept.certificate.contents.disposition import LONGEST, Disposition
 from accept.certificate.signature import stamp
+from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store
 from tests.accept.certificate.certificate_help import WHEN, accept
@@ -54,15 +55,15 @@ def test_a_unit_that_is_judged_while_the_passphrase_is_asked_for_is_not_counters
     rejected: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Nothing is stored either: the disposition is about what quality assurance has seen."""
-    before = rejected.read_bytes()
+    before, opened = rejected.read_bytes(), countersign.qa_credential
 
-    def asked(*_: object, **__: object) -> str:
+    def asked(passphrase_file: Path | None, reason: str) -> Credential:
         folder = make_unit(rejected.parent / "later", "A", GOOD.replace("5.10", "1.70"))
         again = accept("batch", folder, "--spec", "apa-basic", "--out", rejected.parent / "o", "--no-certificates")
         assert again.exit_code == 3
-        return "battery staple"
+        return opened(passphrase_file, reason)
 
-    monkeypatch.setattr(countersign, "passphrase_of", asked)
+    monkeypatch.setattr(countersign, "qa_credential", asked)
     done = accept("countersign", rejected, "--disposition", "use-as-is", "--because", "only the stroke was wanted")
     assert done.exit_code == 6, done.output
     assert "A: its history went on while the certificate was looked at" in done.stderr
