@@ -26,6 +26,7 @@ from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import InstrumentChecked
 from checks.cause import Cause
+from checks.rounding import rounded, rounded_U
 
 VOIDED = "voided"  # verdict of a unit whose judgement was declared void, and the column that says why
 GOLDEN = "golden"  # column: the unit is a golden one, which the bench is checked by and no process made
@@ -254,6 +255,13 @@ def day(text: str | None, *, last: bool = False) -> datetime.date | None:
         return datetime.date.fromisoformat(text)
     except ValueError as e:
         raise FleetError(f"'{text}' is not a day; write 2026-10-05, or 2026-10 for a month") from e
+
+
+def digits(value: float | None, U: float | None) -> tuple[str, str]:
+    """Return a value and its U in the digits that U allows, "-" for one that is missing."""
+    if value is None or math.isnan(value):
+        return "-", "-"
+    return (rounded(value, U), rounded_U(U)) if U is not None and U > 0.0 else (rounded(value, None), "-")
 
 
 def of_quantity(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:

@@ -14,12 +14,12 @@ from accept.commands.options import Plot
 from accept.fleet import history as histories
 from accept.fleet import yields
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import COLUMNS, attempts, held, latest, measurements
+from accept.fleet.measurements import COLUMNS, attempts, digits, held, latest, measurements
 from accept.judging.decisions import words_of
 from accept.judging.nonconformance import standing
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
-from checks.rounding import rounded, rounded_U
+from checks.rounding import rounded
 
 SHOWN = 500  # units on the terminal; the files have all
 SHOWN_OF_A_UNIT = (
@@ -72,13 +72,7 @@ def history(
 
 
 def _to_the_digits_of_U(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a frame with value and U as texts, "-" if one is missing."""
-
-    def both(value: float, U: float) -> tuple[str, str]:
-        has_U = not isnan(U) and U > 0.0
-        return "-" if isnan(value) else rounded(value, U if has_U else None), rounded_U(U) if has_U else "-"
-
-    pairs = [both(value, U) for value, U in zip(frame["value"], frame["U"], strict=True)]
+    pairs = [digits(value, U) for value, U in zip(frame["value"], frame["U"], strict=True)]
     return frame.assign(value=[value for value, _ in pairs], U=[U for _, U in pairs])
 
 

@@ -33,19 +33,15 @@ def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], jso
     limits = table(("check", "quantity", "limits", "rule", "source"), _rows(spec))
     compared = "responses are compared with model '{}'; this does not affect the verdict"
     gap = None if spec.gap is None else compared.format(spec.gap.model)
-    problem = None if name in builtin() else _unknown_to_checks(name)
-    return Answer(File(json, _document(spec)), *head, limits, gap, error=problem)
+    unknown_to_checks = None
+    if name not in builtin():
+        from accept.judging.judge_unit import load_spec
 
-
-def _unknown_to_checks(name: str) -> SpecError | None:
-    """Return what a spec asks of checks that they do not know."""
-    from accept.judging.judge_unit import load_spec
-
-    try:
-        load_spec(name)
-    except SpecError as e:
-        return e
-    return None
+        try:
+            load_spec(name)
+        except SpecError as e:
+            unknown_to_checks = e
+    return Answer(File(json, _document(spec)), *head, limits, gap, error=unknown_to_checks)
 
 
 def _document(spec: Spec) -> SpecShown:

@@ -7,7 +7,6 @@ distribution ([ISO22514-2]).
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -157,16 +156,12 @@ def _percentiles(x: Array, lower: float | None, upper: float | None) -> Percenti
         distance = _anderson_darling(fitted.cdf(ordered))
         if _p_of(distance) >= NOT_NORMAL and distance < best:
             best, chosen = distance, (name, fitted.ppf)
-    return None if chosen is None else _reference_interval(*chosen, lower, upper)
-
-
-def _reference_interval(
-    name: str, quantile: Callable[[float], float], lower: float | None, upper: float | None
-) -> Percentiles:
-    low, median, high = (float(quantile(p)) for p in (REFERENCE, 0.5, 1.0 - REFERENCE))
+    if chosen is None:
+        return None
+    low, median, high = (float(chosen[1](p)) for p in (REFERENCE, 0.5, 1.0 - REFERENCE))
     sides = []
     if upper is not None:
         sides.append((upper - median) / (high - median))
     if lower is not None:
         sides.append((median - lower) / (median - low))
-    return Percentiles(name, low, median, high, min(sides))
+    return Percentiles(chosen[0], low, median, high, min(sides))

@@ -140,11 +140,11 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
     if baseline is None:
         lasting, level = _changes(x, kept, base)
     else:
-        lasting, level = _departures(
-            x, kept, base, np.abs(weighted[kept] - base.mean) / np.maximum(spread[kept], 1e-300)
-        )
-    gross = _distance(x, level) > half
-    alarms = [_single(i, float(x[i] - level[i]), base) for i in map(int, np.flatnonzero(gross))]
+        off = np.abs(weighted[kept] - base.mean) / np.maximum(spread[kept], 1e-300)
+        lasting, level = _departures(x, kept, base, off)
+    U = 2.0 * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
+    gross = [(int(i), float(x[i] - level[i])) for i in np.flatnonzero(_distance(x, level) > half)]
+    alarms = [Alarm(VALUE, i, i, _direction(size), size, U) for i, size in gross]
     return Chart(
         values=x,
         baseline=base,
@@ -189,11 +189,6 @@ def _distance(x: Array, level: Array) -> Array:
     shift begins is known to some values only."""
     padded = np.concatenate([level[:1], level, level[-1:]])
     return np.asarray(np.min([np.abs(x - padded[k : k + x.size]) for k in range(3)], axis=0))
-
-
-def _single(i: int, size: float, base: Baseline) -> Alarm:
-    U = 2.0 * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
-    return Alarm(VALUE, i, i, _direction(size), size, U)
 
 
 def _direction(size: float) -> str:

@@ -5,6 +5,7 @@ power of it, or its logarithm, is nearly normal ([Montgomery] 6.4.3).
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -65,16 +66,8 @@ def as_measured(made: Chart, values: Array, name: str) -> Chart:
         size = float(from_scale(np.array(mean + alarm.size), name)) - middle
         return replace(alarm, size=size, U=alarm.U * abs(size / alarm.size)) if alarm.size else alarm
 
-    limits = (made.lower, made.upper, made.weighted, made.weighted_lo, made.weighted_hi, made.level)
-    lower, upper, weighted, low_w, high_w, level = (from_scale(np.asarray(each), name) for each in limits)
-    return Chart(
-        values=np.asarray(values, dtype=float),
-        baseline=base,
-        lower=float(lower),
-        upper=float(upper),
-        weighted=weighted,
-        weighted_lo=low_w,
-        weighted_hi=high_w,
-        level=level,
-        alarms=tuple(map(of_alarm, made.alarms)),
-    )
+    lower, upper = (float(from_scale(np.array(limit), name)) for limit in (made.lower, made.upper))
+    of_values = ("weighted", "weighted_lo", "weighted_hi", "level")
+    curves: dict[str, Any] = {field: from_scale(getattr(made, field), name) for field in of_values}
+    alarms = tuple(map(of_alarm, made.alarms))
+    return Chart(np.asarray(values, dtype=float), base, lower, upper, **curves, alarms=alarms)

@@ -19,6 +19,7 @@ from accept.fleet.measurements import (
     GOLDEN,
     VOIDED,
     counted,
+    digits,
     first_attempts,
     in_order_of_measurement,
     measurements,
@@ -32,7 +33,6 @@ from accept.pictures.words import pretty
 from accept.store import Store, fold
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
-from checks.rounding import rounded, rounded_U
 from checks.verdict import Finding
 from specs.spec import listed_name
 
@@ -178,14 +178,7 @@ def _row(finding: Finding, first: bool) -> list[Any]:
     columns = {name: getattr(finding, name) for name in FINDING}
     if isinstance(finding.reason, str):
         columns["reason"] = pretty(finding.reason)
-    return [*columns.values(), first, *_digits(finding.value, finding.U)]
-
-
-def _digits(value: float | None, U: float | None) -> tuple[str, str]:
-    if value is None:
-        return "-", "-"
-    has_U = U is not None and U > 0.0
-    return rounded(value, U if has_U else None), rounded_U(U) if U is not None and has_U else "-"
+    return [*columns.values(), first, *digits(finding.value, finding.U)]
 
 
 def _gap(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:
