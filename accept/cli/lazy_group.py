@@ -1,6 +1,6 @@
 """Groups of commands that are imported when they are called: help and completion read no more than a table."""
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from importlib import import_module
@@ -57,7 +57,7 @@ class LazyGroup(TyperGroup):
     def __init__(self, *, table: Mapping[str, Command | Group], **settings: Any) -> None:
         super().__init__(**settings)
         self.table = table
-        self.commands = LazyCommands(table)
+        self.commands: Any = LazyCommands(table)
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - as typer calls it
         return list(self.commands)
@@ -79,7 +79,7 @@ class LazyGroup(TyperGroup):
         return name, command and self.commands[str(name)], rest
 
 
-class LazyCommands(MutableMapping[str, Any]):
+class LazyCommands(Mapping[str, Any]):
     """Commands by name, each imported when it is looked up."""
 
     def __init__(self, table: Mapping[str, Command | Group]) -> None:
@@ -90,12 +90,6 @@ class LazyCommands(MutableMapping[str, Any]):
         if name not in self._loaded:
             self._loaded[name] = load(name, self.table[name])
         return self._loaded[name]
-
-    def __setitem__(self, name: str, command: Any) -> None:
-        self._loaded[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        raise TypeError(f"{name}: the table of commands is fixed")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.table)

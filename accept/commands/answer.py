@@ -135,7 +135,10 @@ def print_answer(answer: Answer) -> Exit:
 def _write(file: File) -> None:
     if file.place is None:
         return
-    content = _bytes(file.content() if callable(file.content) else file.content)
+    content = file.content() if callable(file.content) else file.content
+    if not isinstance(content, bytes):
+        document = content.to_json() if isinstance(content, Document) else content
+        content = (jsonlib.dumps(document, indent=1, allow_nan=False) + "\n").encode()
     if file.place == STDOUT:
         sys.stdout.buffer.write(content)
         sys.stdout.flush()
@@ -143,10 +146,3 @@ def _write(file: File) -> None:
     write_atomic(file.place, content)
     if file.announced:
         say(f"{file.place}: written")
-
-
-def _bytes(content: Content) -> bytes:
-    if isinstance(content, bytes):
-        return content
-    document = content.to_json() if isinstance(content, Document) else content
-    return (jsonlib.dumps(document, indent=1, allow_nan=False) + "\n").encode()

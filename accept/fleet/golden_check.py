@@ -3,27 +3,16 @@
 import datetime
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from accept.base.documents.listings import GoldenCompared
 from accept.fleet.errors import FleetError
 from accept.judging.golden import Golden, goldens, last_resolved, values_of
 from accept.store import Store
 from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
 
-@dataclass(frozen=True)
-class GoldenCheck:
-    """The comparison of a golden unit with its reference. problems: empty if it agrees; measured: whether this bench
-    judged it since `since`."""
-
-    serial: str
-    expected: str
-    measured: bool
-    problems: tuple[str, ...]
-
-
-def check(store: Store, since: datetime.datetime, who: str) -> list[GoldenCheck]:
+def check(store: Store, since: datetime.datetime, who: str) -> list[GoldenCompared]:
     """Compare every golden unit's judgements by this bench since `since` (UTC) with its reference, and store the
     outcome. Every judgement counts, so that a further try does not hide a miss; after a decision only those that follow
     it.
@@ -50,14 +39,14 @@ def _recent(store: Store, serial: str, since: datetime.datetime, after: int, ben
     return [each for each in judged if each.bench in ("", bench)]
 
 
-def _check_golden(golden: Golden, judged: Sequence[UnitJudged]) -> GoldenCheck:
+def _check_golden(golden: Golden, judged: Sequence[UnitJudged]) -> GoldenCompared:
     problems: list[str] = []
     for each in judged:
         verdict, rows = each.result.verdict, values_of(each)
         wrong = [] if verdict == golden.expected else [f"{verdict}, expected {golden.expected}"]
         wrong += [words for name, r in golden.reference.items() if (words := _difference(name, r, rows.get(name)))]
         problems += [words for words in wrong if words not in problems]
-    return GoldenCheck(golden.serial, golden.expected, bool(judged), tuple(problems))
+    return GoldenCompared(golden.serial, golden.expected, bool(judged), tuple(problems))
 
 
 def _difference(name: str, reference: Reference, row: Any) -> str | None:

@@ -25,8 +25,8 @@ from accept.fleet.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
 )
-from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, equal_runs
-from accept.fleet.process_control.places import Place, chart_by_place
+from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place, equal_runs
+from accept.fleet.process_control.places import chart_by_place
 from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
 from accept.pictures.labels import label_of
 from accept.store import Store

@@ -13,14 +13,13 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import authority, commissioning, keys
 from accept.commands.answer import Answer, Remark, command, refusal
-from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
+from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path, value_words
 from accept.commands.trust.bench_keys import passphrase_of
 from hw.errors import InstrumentError
 from hw.instruments import DRIVERS, Instrument, Trial, open_instrument
 from specs.bench import load_bench
 
 REPEATS = 0.01  # how far a value may differ from the first, relative: the probe or the capacitor is not touched
-UNITS = {"m": (1e6, "um"), "F": (1e6, "uF")}
 
 
 @dataclass(frozen=True)
@@ -105,8 +104,7 @@ def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
         reading = instrument.read()
     except InstrumentError as e:
         return None, TrialResult("a first reading", str(e), False, "read")
-    scale, unit = UNITS.get(reading.unit, (1.0, reading.unit))
-    shown = f"{reading.value * scale:.4f} {unit}"
+    shown = value_words(reading.value, reading.unit)
     answer = ask_at_terminal(f"The program read {shown}. Does the display show the same? yes or no: ")
     same = answer.strip().lower() == "yes"
     return reading.value, TrialResult("the display shows what was read", f"{shown}: {answer}", same, "read")

@@ -195,8 +195,13 @@ def _seconds(one: InstrumentAsked) -> Iterator[str]:
 def _reading_words(one: InstrumentAsked) -> str:
     if one.value is None or one.unit is None:
         return "no" if one.problem else "(a recorder)"
-    scale, unit = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(one.unit, (1.0, one.unit))
-    return f"{one.value * scale:.4f} {unit}" + "".join(f", {k} {v:g}" for k, v in one.more.items())
+    return value_words(one.value, one.unit) + "".join(f", {k} {v:g}" for k, v in one.more.items())
+
+
+def value_words(value: float, unit: str) -> str:
+    """Return a reading in the unit that people use for it."""
+    scale, shown = {"m": (1e6, "um"), "F": (1e6, "uF")}.get(unit, (1.0, unit))
+    return f"{value * scale:.4f} {shown}"
 
 
 @command

@@ -9,7 +9,7 @@ import pandas as pd
 from typer import Argument, Option
 
 from accept.base.console import say
-from accept.base.documents.listings import GoldenCompared, GoldenList, GoldenListed, GoldensCompared, ReferenceListed
+from accept.base.documents.listings import GoldenList, GoldenListed, GoldensCompared, ReferenceListed
 from accept.base.exit_codes import Exit
 from accept.commands.answer import Answer, File, Remark, command, picture
 from accept.commands.fleet.answers import chosen, files, rows
@@ -208,7 +208,6 @@ def golden_check(
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, who_acts(operator))
-    compared = [GoldenCompared(c.serial, c.expected, c.measured, tuple(c.problems)) for c in found]
     lines = (
         f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
         else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
@@ -218,7 +217,7 @@ def golden_check(
     words = "the bench judges nothing else until this is resolved: accept golden resolve --reason '...'"
     exit = Exit.ACCEPTED if all(each.measured for each in found) else Exit.INCOMPLETE
     return Answer(
-        File(json, GoldensCompared(tuple(compared))),
+        File(json, GoldensCompared(tuple(found))),
         *lines,
         Remark(words if missed else ""),
         exit=Exit.REJECTED if missed else exit,

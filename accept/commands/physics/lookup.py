@@ -71,18 +71,16 @@ def run_info(
 
 
 def _about(path: Path, model: Model | None) -> tuple[str, str, str]:
+    of = size = "?"
     try:
         table = open_table(path)
-    except TableError as e:
-        return "?", "?", f"no: {str(e).removeprefix(f'{path}: ')}"
-    size = f"{table.dx.size} x {table.dy.size}"
-    if model is None:
-        return table.model, size, "whole"
-    try:
+        of, size = table.model, f"{table.dx.size} x {table.dy.size}"
+        if model is None:
+            return of, size, "whole"
         read_table(Plan.of(model, table.dx.size, table.dy.size), path)
     except TableError as e:
-        return table.model, size, f"no: {str(e).removeprefix(f'{path}: ')}"
-    return table.model, size, "yes"
+        return of, size, f"no: {str(e).removeprefix(f'{path}: ')}"
+    return of, size, "yes"
 
 
 def dz_words(model: Model) -> list[str]:

@@ -20,15 +20,13 @@ from accept.fleet.process_control.control_chart import (
     Chart,
     chart,
 )
+from accept.fleet.process_control.equal_runs import Labels, Place
 from checks.arrays import Array
 
 STILL = 3.0  # standard errors: the other places must not have changed by more,
 ONLY_THERE = 4.0  # and must differ from the change by more
 COINCIDES = 0.9  # share of the values of a shift that are of a lot, and of a lot that are of the shift
 MOST_CHANGES = 8  # places that are sought: more are no single causes
-
-Labels = NDArray[np.object_]
-Place = tuple[str, str]  # ("bench", "B2")
 
 
 def chart_by_place(

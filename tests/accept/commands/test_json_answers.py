@@ -12,7 +12,6 @@ from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.cli.lazy_group import Command, Group
 from accept.cli.main import COMMANDS, app
-from accept.fleet.golden_check import GoldenCheck
 from accept.store import open_store
 from accept.store.formats import DOCUMENTS
 from checks.cause import Cause, because
@@ -47,7 +46,10 @@ LISTED = {
     for name, kind in DOCUMENTS.items()
     if kind.__module__ == listings.__name__
 }
-GOLDENS = [GoldenCheck("APA-01", "accepted", True, ("sensor_uF is off",)), GoldenCheck("APA-02", "accepted", False, ())]
+GOLDENS = [
+    listings.GoldenCompared("APA-01", "accepted", True, ("sensor_uF is off",)),
+    listings.GoldenCompared("APA-02", "accepted", False, ()),
+]
 # Commands that print an answer and have no document: they write files, talk to a person, or their text is the format.
 WITHOUT = {
     "demo", "batch", "report", "countersign", "run", "gap", "excite sweep", "excite noise", "excite sine",
