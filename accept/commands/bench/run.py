@@ -2,8 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,7 +66,7 @@ def show(wanted: RunOptions) -> Exit:
         say("accept: run shows screens and needs a terminal; without one: accept run --web")
         return Exit.BAD_INPUT
     loading.done()
-    app = BenchApp(_loader(wanted), Given(wanted.operator or "", "" if wanted.folder else wanted.unit or ""))
+    app = BenchApp(partial(_open, wanted), Given(wanted.operator or "", "" if wanted.folder else wanted.unit or ""))
     try:
         app.run()
     finally:
@@ -81,16 +81,12 @@ def show(wanted: RunOptions) -> Exit:
     return of_verdicts(app.done.verdicts.values()) if app.done.verdicts else Exit.INCOMPLETE
 
 
-def _loader(wanted: RunOptions) -> "Callable[[], Workbench]":
-    """Return a function that opens the bench; it imports the physics, which takes longer than the first screen may."""
+def _open(wanted: RunOptions) -> "Workbench":
+    """Open the bench; this imports the physics, which takes longer than the first screen may."""
+    if wanted.training:
+        from accept.workflow.training import open_training
 
-    def load() -> "Workbench":
-        if wanted.training:
-            from accept.workflow.training import open_training
+        return open_training(wanted.spec, wanted.seed)
+    from accept.workflow.open_bench import open_bench
 
-            return open_training(wanted.spec, wanted.seed)
-        from accept.workflow.open_bench import open_bench
-
-        return open_bench(wanted.spec, wanted.records, wanted.bench, wanted.folder)
-
-    return load
+    return open_bench(wanted.spec, wanted.records, wanted.bench, wanted.folder)

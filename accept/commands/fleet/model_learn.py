@@ -1,5 +1,6 @@
 """`accept model learn`: a model file learned from a batch of units."""
 
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +19,7 @@ from accept.fleet.population.report import document, lines, render, write_popula
 from accept.models.model_file import default_model, open_model_file
 from accept.units.unit_folder import read
 from checks.population import NothingLearned
-from specs.model import ModelSpec, load_model
+from specs.model import load_model
 from specs.strict import SpecError
 
 MODEL, REPORT, DATA = "population.toml", "population.pdf", "population.json"
@@ -34,7 +35,9 @@ def run(
     places = [out / name for name in (MODEL, REPORT, DATA)]
     check_places(*places)  # said before the fits, not after
     given = open_model_file(model or default_model(read(units[0]).kind))
-    earlier = _earlier(places[0])
+    earlier = None
+    with suppress(SpecError, OSError):  # what an earlier run wrote there may be no model any more
+        earlier = load_model(places[0]) if places[0].exists() else None
     try:
         with busy("learning bench and batch"):
             found = learn(measured_units(units, given), given, say)
@@ -50,11 +53,3 @@ def run(
         File(places[2], document(found, today, changed), announced=True),
         exit=Exit.ACCEPTED if found.holds else Exit.INCOMPLETE,
     )
-
-
-def _earlier(path: Path) -> ModelSpec | None:
-    """Return the model that an earlier run wrote to the same place, if it can be read."""
-    try:
-        return load_model(path) if path.exists() else None
-    except (SpecError, OSError):
-        return None
