@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from accept.base.documents.results import CONCESSION, UnitRecord
-from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
+from accept.judging.decisions import DecisionError, Opens, Signer, problem_here, sign_decision
 from accept.judging.superseded import Approval, are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
 from accept.store import Event, Store
@@ -266,14 +266,14 @@ def content_of(serial: str, decision: Decision, certificate: str | None) -> dict
 
 
 def decide(
-    store: Store, serial: str, decision: Decision, signer: Signer, shown: Sequence[str] | None = None
+    store: Store, serial: str, decision: Decision, opens: Opens, shown: Sequence[str] | None = None
 ) -> Sequence[str]:
     """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. shown:
     those that the person saw, None for all. Raises DecisionError without one, with another one, or for a key of another
     role, StoreError."""
-    held = open_nonconformances(store, serial, {})
-    if not held:
+    if not open_nonconformances(store, serial, {}):
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
+    signer, held = opens(), open_nonconformances(store, serial, {})
     if new := [words for words in held if shown is not None and words not in shown]:
         raise DecisionError(f"{serial}: nothing was decided, because another nonconformance holds it now: {new[0]}")
     store.write(decided(store, serial, decision, signer, held), serial, who=signer.person)

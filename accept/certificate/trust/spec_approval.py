@@ -1,6 +1,5 @@
 """Approval of the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
 
-import json
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -24,7 +23,7 @@ from accept.certificate.trust.keys import QA, Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.models.evidence import evidence_of, named_models
 from accept.models.evidence import hashes as model_hashes
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 from specs.spec import Spec, builtin, load
 
 NOT_APPROVED = "spec NOT APPROVED"
@@ -76,7 +75,7 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
     if spec.name in shipped and load(spec.name).sha256 == spec.sha256:
         return {"builtin": True}
     try:
-        approval: dict[str, Any] = json.loads(read_bounded(_path(home, spec.sha256)))
+        approval: dict[str, Any] = json_of(read_bounded(_path(home, spec.sha256)))
     except FileNotFoundError:
         return {"reason": _other_content(spec.name) if spec.name in shipped else _UNSIGNED}
     except (OSError, ValueError):
