@@ -43,7 +43,7 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
 
 
 def json_of(raw: bytes | str) -> Any:
-    """Parse a JSON text that this process did not write. Raises ValueError if it is not JSON or is nested too deeply."""
+    """Parse JSON that this process did not write. Raises ValueError if it is not JSON or is nested too deeply."""
     try:
         return json.loads(raw)
     except RecursionError as e:

@@ -157,7 +157,9 @@ def test_the_cause_of_a_held_unit_is_named_in_the_yield(tmp_path: Path, known: P
     assert json.loads((known / "results.json").read_text())
 
 
-@pytest.mark.parametrize("part", ["APA-10\u200b", "\u0391PA-10", "APA\u201110", "APA-10 ", "AP\u00adA-10", "APA-1\uff10"])
+@pytest.mark.parametrize(
+    "part", ["APA-10\u200b", "\u0391PA-10", "APA\u201110", "APA-10 ", "AP\u00adA-10", "APA-1\uff10"]
+)
 def test_a_part_in_letters_of_another_script_is_not_an_unknown_one(tmp_path: Path, known: Path, part: str) -> None:
     """The page would show the serial of a part that the store knows, perhaps as rejected."""
     folder = unit(tmp_path / "more" / "B-7", "B-7", 1.7)
