@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
@@ -20,7 +21,18 @@ from checks.gap.decision.experiments import (
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
+from checks.gap.decision.result import (
+    EXPLAINED,
+    NO_MISSING,
+    Ambiguous,
+    Gaps,
+    Named,
+    Nameless,
+    Result,
+    StepShown,
+    Tested,
+    Tried,
+)
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
     early_channels,
@@ -56,18 +68,17 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     left_out = [c for c in problem.A.channels if c not in channels]
     search.say("fitting all bins")
     result, judged = _judge_needed(problem, search, result, left_out)
-    decision, shown_before, after = _decide(problem, search, result, whole, judged)
+    decision, shown_before, after, experiments = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
-    rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
+    rivals = decision.rivals if result.steps else choose_experiments(decision, search.A)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
-    elements = found_elements(good, rivals, result, decision.fit, full, lambda c: fit_all_bins(problem, c, channels)[0])
+    classes = [replace(decision, rivals=rivals).alternatives(c) for c in good]
+    elements = found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c, channels)[0])
+    proposed = _predicted(rivals)
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
-    experiments = check_by_experiments(
-        full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
-    )
     everywhere = replace(full, unseen=problem.B)
     as_given = whole.adequate and result.best is base
     missing = _missing(problem, decision, everywhere, left_out, as_given)
@@ -102,6 +113,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         notes=(
             *problem.inputs.notes,
             *decision.notes,
+            *proposed,
             *_notes(full, verdict),
             *_agrees_before(base, named, gap_before),
             *_ended(search, verdict),
@@ -162,18 +174,22 @@ def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> Sear
 
 def _decide(
     problem: Problem, search: Search, result: SearchResult, whole: Candidate, judged: FinalExplanation
-) -> tuple[FinalExplanation, Candidate, Candidate]:
+) -> tuple[FinalExplanation, Candidate, Candidate, tuple[Tested, ...]]:
     """Return the explanation of all bins that passed the gates, with its rivals, told apart by experiments if there
-    were any; and the models with the gaps before and after."""
+    were any; the models with the gaps before and after; and the experiments, which leave no name of an explanation that
+    one of them refutes."""
     channels = search.A.channels
+    A, B, trials = problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     decision, before, after = _withdraw(judged, whole, result.base, problem.B)
     decision = _with_rivals(decision, result)
-    trials = problem.trials(channels)
     if decision.rivals and trials and not result.steps:
-        conditions = Conditions(problem.A.select(channels), problem.B.select(channels), trials)
-        decision = resolve_by_experiments(decision, result, conditions)
+        decision = resolve_by_experiments(decision, result, Conditions(A, B, trials))
         decision, before, after = _withdraw(decision, whole, result.base, problem.B)
-    return decision, before, after
+    tested = check_by_experiments(decision.full.response, decision.fit, A, B, trials)
+    against = [t for t in tested if t.refutes]
+    if against and accepted(decision.claims) and contradiction(judged.full.response, judged.fit, B) is None:
+        decision, before, after = _withdraw(decision.refuted_by(against[0]), whole, result.base, problem.B)
+    return decision, before, after, tested
 
 
 def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dataset) -> Projected:
@@ -238,7 +254,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
         full = replace(full, unseen=with_disagreement(full.unseen, full.residual))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
     rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
-    return replace(decision, rivals=rivals)
+    return replace(decision, rivals=rivals, fitted=result.rivals)
 
 
 def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str, str]) -> tuple[Tried, ...]:
@@ -279,6 +295,13 @@ def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
     """Return a note on the smallest elements that would have been seen."""
     words = " and ".join(f"{k:.2g} N/um at the {place.replace('_', ' ')}" for place, k in springs.items())
     return (f"a spring to ground, along z, would have been seen from {words}",) if words else ()
+
+
+def _predicted(rivals: Sequence[Ambiguous]) -> tuple[str, ...]:
+    """Return a note on what the experiments that are asked for are predicted to separate."""
+    of = ((" and ".join(a.effects), a.separation) for a in rivals if a.separation is not None)
+    words = (f"predicted separation of {names} by the experiment: {sds:.0f} standard deviations" for names, sds in of)
+    return tuple(f"{each} or more" for each in words)
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from itertools import permutations
 from typing import Any
 
 from checks.gap.decision.elements import NAMES, PLACE_OF, alike_in, causes_of, element_experiment, element_sentence
+from checks.gap.decision.next_experiment import every_experiment
 from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.decision.result import FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
@@ -31,7 +32,7 @@ def contradictions(document: Mapping[str, Any], channels: Sequence[str]) -> Iter
             made = _element_texts(entry)
         except (KeyError, ValueError):
             made = None
-        if (entry["sentence"], entry["experiment"]) != made:
+        if made is None or entry["sentence"] != made[0] or entry["experiment"] not in {made[1], *every_experiment()}:
             yield "describes an element in words that are not its own"
     compared = document.get("gap_before", {}).get("channels", {})
     poles = [str(pole["channel"]) for pole in document.get("unnamed", ())]

@@ -37,8 +37,8 @@ class Parameter:
     _: KW_ONLY
     lo: float
     hi: float
-    off: float
-    start: float
+    off: float = 0.0
+    start: float = 0.0
     scale: float
     sets: tuple[str, ...] = ()
     adds: tuple[str, ...] = ()

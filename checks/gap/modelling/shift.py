@@ -26,6 +26,11 @@ class Shift:
     own: tuple[OwnValue, ...] = ()
 
     @property
+    def changes(self) -> bool:
+        """Return whether it changes anything of a linear model."""
+        return bool(self.adds or self.times or self.own)
+
+    @property
     def free(self) -> list[Free]:
         return [o.free for o in self.own]
 
@@ -39,7 +44,7 @@ class Shift:
         its own parameters."""
         out = dict(changes)
         for target, more in self.adds:
-            out[target] = out.get(target, model[target]) + more
+            out[target] = out.get(target, model.get(target, 0.0)) + more
         for target, factor in self.times:
             out[target] = out.get(target, model[target]) * factor
         return out | {o.target: values[o.free.name] for o in self.own}

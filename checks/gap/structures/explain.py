@@ -14,6 +14,7 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.calibrate import correct_records
+from checks.gap.decision.alternatives import Alternative
 from checks.gap.decision.build_result import fit_all_bins
 from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
@@ -137,7 +138,7 @@ def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]
 def _found(member: Unnamed, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
     """Return a member in words, with all that does as well in its place."""
     swapped = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
-    others = [(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
+    others = [Alternative(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
     return found_element(member, others, fit, best.response.model)
 
 

@@ -17,8 +17,6 @@ def _of_channel(channel: str) -> Effect:
                 "tau_us",
                 lo=-500.0,
                 hi=5000.0,
-                off=0.0,
-                start=0.0,
                 scale=5.0,
                 sets=(f"bench.latency_{channel}_us",),
                 grid=(-100.0, 0.0, 30.0, 100.0),

@@ -13,7 +13,6 @@ EFFECT = Effect(
             "f_Hz",
             lo=0.0,
             hi=500.0,
-            off=0.0,
             start=2.0,
             scale=0.2,
             sets=("sensor.charge_highpass_Hz",),

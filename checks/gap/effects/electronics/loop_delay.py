@@ -13,8 +13,6 @@ EFFECT = Effect(
             "tau_us",
             lo=-500.0,
             hi=5000.0,
-            off=0.0,
-            start=0.0,
             scale=5.0,
             sets=("delay.tau_us",),
             grid=(-100.0, 0.0, 30.0, 100.0, 200.0, 400.0),

@@ -20,15 +20,7 @@ EFFECT = Effect(
             grid=spread(15.0, 1500.0, 40),
             limit_at=100.0,
         ),
-        Parameter(
-            "ratio",
-            lo=-5.0,
-            hi=5.0,
-            off=0.0,
-            start=0.0,
-            scale=0.01,
-            sets=("bench.mode_ratio",),
-        ),
+        Parameter("ratio", lo=-5.0, hi=5.0, scale=0.01, sets=("bench.mode_ratio",)),
         Parameter(
             "damping_ratio",
             lo=5e-4,

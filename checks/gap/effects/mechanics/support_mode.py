@@ -27,15 +27,7 @@ EFFECT = Effect(
             limit_at=400.0,
         ),
         *(
-            Parameter(
-                f"ratio_{channel}",
-                lo=-5.0,
-                hi=5.0,
-                off=0.0,
-                start=0.0,
-                scale=0.01,
-                sets=(f"bench.support_mode_ratio_{channel}",),
-            )
+            Parameter(f"ratio_{channel}", lo=-5.0, hi=5.0, scale=0.01, sets=(f"bench.support_mode_ratio_{channel}",))
             for channel in CHANNELS
         ),
         Parameter(
