@@ -27,13 +27,13 @@ from validation.model_files import write_model
 from validation.rational import highpass
 from validation.sets import Set
 from validation.strut import Attached
-from validation.studies.elements import Truth, draw_cases
+from validation.studies.elements import DRAWN, Truth, draw_cases
 
 ENTRY = re.compile(r'kind = "([^"]+)"(?:, (\w+) = ([\d.e+-]+))?')
 SENSOR_F = 5.1e-6
 VS = 2
 SIDE_M = 30e-3
-NAMES = ("holder", "bellows", "resonator", "cable", "loose joint")
+ALONG_THE_AXIS = ("bellows", "resonator")
 
 
 def under(world: World, kind: str, value: float) -> World:
@@ -83,10 +83,8 @@ def holds(gap: Mapping[str, Any], truth: Truth) -> bool:
     return bool(places & set(truth.places))
 
 
-def outcome(first: Mapping[str, Any], second: Mapping[str, Any] | None, truth: Truth) -> str:
+def outcome(first: Mapping[str, Any], second: Mapping[str, Any], truth: Truth) -> str:
     """Return the line of the table for a unit whose first answer leaves several explanations."""
-    if second is None:
-        return "nothing proposed"
     before, after = class_of(first), class_of(second)
     if second["named"]:
         return "false name"
@@ -100,47 +98,64 @@ def outcome(first: Mapping[str, Any], second: Mapping[str, Any] | None, truth: T
     return "smaller, holds the truth" if after < before or len(after) < len(before) else "as large as before"
 
 
-def settle(case: Case, truth: Truth, model: Path, seed: int) -> dict[str, Any]:
-    """Return both answers of a unit, the experiment between them, and what became of it."""
+def draw(number: int, seed: int, scatter: float) -> list[tuple[str, Case, Truth]]:
+    """Return units in which something pulls or hangs along the axis, so that a first answer leaves its place open; two
+    at the payload, two at the top interface, in turns."""
+    drawn = [each for each in draw_cases(number * len(DRAWN), seed, scatter) if each[0] in ALONG_THE_AXIS][:number]
+    return [_at_top(*each) if k // 2 % 2 else each for k, each in enumerate(drawn)]
+
+
+def _at_top(name: str, case: Case, truth: Truth) -> tuple[str, Case, Truth]:
+    attached = (replace(case.strut.attached[0], place="top"),)
+    case = replace(case, strut=replace(case.strut, attached=attached))
+    return name, case, replace(truth, places=(("top interface", "ground"),))
+
+
+def settle(case: Case, truth: Truth, model: Path, seed: int, rounds: int) -> dict[str, Any]:
+    """Return the answers of a unit, the experiments between them, and what became of it after each."""
     start = time.process_time()
     with tempfile.TemporaryDirectory(prefix="settling-") as parent:
         folder = case.write(Path(parent))
-        first, second, done = run_gap(folder, model), None, None
-        several = len(class_of(first)) > 1 and bool(first.get("elements"))
-        if several and (done := asked(first)) is not None:
-            kind, line, value = done
-            add_experiment(folder, under(case.world, kind, value), case.setting, seed, kind, line)
-            second = run_gap(folder, model)
-    said = outcome(first, second, truth) if several else f"not several: {first['verdict']}"
-    return {"outcome": said, "experiment": done, "seconds": time.process_time() - start} | {
-        "first": first,
-        "second": second,
-    }
+        answers, done, said = [run_gap(folder, model)], [], []
+        while len(done) < rounds and answers[-1].get("elements") and len(class_of(answers[-1])) > 1:
+            if (wanted := asked(answers[-1])) is None or wanted in done:
+                said.append("nothing proposed")
+                break
+            kind, line, value = wanted
+            add_experiment(folder, under(case.world, kind, value), case.setting, seed + len(done), kind, line)
+            done.append(wanted)
+            answers.append(run_gap(folder, model))
+            said.append(outcome(answers[0], answers[-1], truth))
+    first = answers[0]
+    found = "truth in the class" if holds(first, truth) else "truth not in it"
+    said = said or [f"not several: {first['verdict']}, {found if first.get('elements') else 'nothing found'}"]
+    return {"outcomes": said, "experiments": done, "seconds": time.process_time() - start, "answers": answers}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="settling", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--units", type=int, default=16, help="drawn; those of other kinds are passed over")
+    parser.add_argument("--units", type=int, default=16)
+    parser.add_argument("--first", type=int, default=0, help="number of the first one to be run")
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--scatter", type=float, default=0.0, help="1 sd of the modes' frequencies from unit to unit")
-    parser.add_argument("--kinds", nargs="*", default=NAMES, help=f"of hidden elements: {', '.join(NAMES)}")
+    parser.add_argument("--experiments", type=int, default=2, help="most for one unit, one after the other")
     parser.add_argument("--out", type=Path, default=Path("out/settling"))
     a = parser.parse_args(arguments)
     a.out.mkdir(parents=True, exist_ok=True)
     model = write_model(Set(0, {}, a.scatter, a.scatter), a.out / "model")
     counts: Counter[str] = Counter()
-    for k, (name, case, truth) in enumerate(draw_cases(a.units, a.seed, a.scatter)):
-        if name not in a.kinds:
-            continue
+    for k, (name, case, truth) in list(enumerate(draw(a.units, a.seed, a.scatter)))[a.first :]:
         try:
-            done = settle(case, truth, model, a.seed + 1000 + k)
+            done = settle(case, truth, model, 1000 * a.seed + 10 * k, a.experiments)
         except Exception as e:  # noqa: BLE001 a crash is what this has to count
-            done = {"outcome": f"{type(e).__name__}: {e}"}
+            done = {"outcomes": [f"{type(e).__name__}: {e}"], "experiments": [], "answers": [], "seconds": 0.0}
         (a.out / f"{case.serial}.json").write_text(json.dumps([name, repr(truth), done], indent=1))
-        counts[done["outcome"]] += 1
-        classes = [sorted(class_of(done[key])) for key in ("first", "second") if done.get(key)]
-        print(case.serial, name, done["outcome"], done.get("experiment"), *classes, f"{done.get('seconds', 0):.0f} s")
-        print(*(f"  {what}: {number}" for what, number in counts.most_common()), sep="\n", flush=True)
+        counts[f"after one experiment: {done['outcomes'][0]}"] += 1
+        counts[f"in the end: {done['outcomes'][-1]}"] += 1
+        classes = " -> ".join(str(sorted(class_of(gap))) for gap in done["answers"])
+        kinds = [kind for kind, _, _ in done["experiments"]]
+        print(case.serial, name, truth.places[0][0], done["outcomes"], kinds, classes, f"{done['seconds']:.0f} s")
+        print(*(f"  {what}: {number}" for what, number in sorted(counts.items())), sep="\n", flush=True)
 
 
 if __name__ == "__main__":

@@ -52,28 +52,29 @@ OWN_RETURN = ExperimentKind(
     why="what couples into its cable is then gone",
     sizes=(None,),
 )
+PARTS = {
+    "payload": "payload",
+    "top_interface": "top interface",
+    "bottom_interface": "bottom interface",
+    "head": "encoder's head",
+    "ruler": "ruler",
+    "apa": "APA from its top to its bottom interface",
+}
+GONE = "an element there is then gone, all else stays"
 REMOVED = tuple(
     ExperimentKind(
-        f"removed_from_{place}",
-        None,
-        f"whatever touches or hangs on the {words} removed",
-        place,
-        "an element there is then gone, all else stays",
-        (None,),
+        f"removed_from_{place}", None, f"whatever touches or hangs on the {part} removed", place, GONE, (None,)
     )
-    for place, words in (
-        *((place, place.replace("_", " ")) for place in ("payload", "top_interface", "bottom_interface")),
-        *(("head", "encoder's head"), ("ruler", "ruler"), ("apa", "APA from its top to its bottom interface")),
-    )
+    for place, part in PARTS.items()
 )
 SIDE_MASSES = tuple(
     ExperimentKind(
-        f"mass_on_{end}_interface{side}",
-        MASS,
-        f"{{:g}} kg at the {end} interface, 30 mm from the axis on the side of {side}",
-        f"{end}_interface{side}",
-        "it moves the modes that turn or bend there, each by its own part",
-        (0.2, 0.5),
+        name=f"mass_on_{end}_interface{side}",
+        value=MASS,
+        words=f"{{:g}} kg at the {end} interface, 30 mm from the axis on the side of {side}",
+        place=f"{end}_interface{side}",
+        why="it moves the modes that turn or bend there, each by its own part",
+        sizes=(0.2, 0.5),
     )
     for end in ("top", "bottom")
     for side in SIDES

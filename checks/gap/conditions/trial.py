@@ -61,11 +61,6 @@ class ConditionTrial:
         A, B = (d.select(channels) for d in (self.A, self.B))
         return replace(self, A=A, B=B) if bins is None else replace(self, A=A.thinned(bins), B=B.thinned(bins))
 
-    def shift(self, response: Augmented) -> Shift:
-        """Return the shift that the condition makes in an explanation. Raises ModelError if the model cannot hold
-        it."""
-        return shift_of(self.name, self.kind, self.value, response, self.own_ohm)
-
 
 def shift_of(
     name: str,
@@ -124,13 +119,13 @@ def under_experiment(model: Model, kind: ExperimentKind, value: float | None, se
     the sensor stack, if it was measured. Raises ModelError."""
     known = Augmented(replace(model, sds={}))  # a simulated unit has no uncertain values
     shift = shift_of(kind.name, kind, value, known, sensor_F=SENSOR_F if sensor_F is None else sensor_F)
-    at = {p.name: p.begin for p in shift.free}
-    return _with_room(model, (shift,)).with_values(shift.applied({}, at, model.values)) if shift.changes else model
+    changes = shift.applied({}, {p.name: p.begin for p in shift.free}, model.values)
+    return _with_room(model, (shift,)).with_values(changes) if changes else model
 
 
 def together(response: Augmented, trials: Sequence[ConditionTrial]) -> Together:
     """Return a response under all conditions. Raises ModelError."""
-    shifts = tuple(t.shift(response) for t in trials)
+    shifts = tuple(shift_of(t.name, t.kind, t.value, response, t.own_ohm) for t in trials)
     return Together(replace(response, model=_with_room(response.model, shifts)), shifts)
 
 

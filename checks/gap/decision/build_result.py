@@ -47,6 +47,7 @@ from checks.gap.decision.verdict import (
     verdict_of,
 )
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidate import Candidate
@@ -125,7 +126,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         steps=steps_of(after),
         elements=elements,
         bench_latency=(latency := _latency_of_bench(after)),
-        written_G={c: g.G for c, g in gaps_of(_as_written(after, latency)).channels.items()},
+        written_G=_as_written(after, latency).channel_G,
     )
 
 
@@ -274,21 +275,19 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
     each; first the model without any."""
     rest = list(after.response.effects)
-    response, out = after.response.without(*(e.name for e in rest)), []
-    if rest:
-        out.append(StepShown(None, _channel_G(replace(after, response=response))))
+    response = after.response.without(*(e.name for e in rest))
+
+    def channel_G(r: Augmented) -> dict[str, float]:
+        return replace(after, response=r, at=r.own_values(after.at)).channel_G
+
+    out = [StepShown(None, channel_G(response))] if rest else []
     while rest:
-        tried = [(e, _channel_G(replace(after, response=response.with_member(e)))) for e in rest]
+        tried = [(e, channel_G(response.with_member(e))) for e in rest]
         effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
         response = response.with_member(effect)
         rest.remove(effect)
         out.append(StepShown(effect.name, channels))
     return tuple(out)
-
-
-def _channel_G(c: Candidate) -> dict[str, float]:
-    c = replace(c, at=c.response.own_values(c.at))
-    return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
 
 
 def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:

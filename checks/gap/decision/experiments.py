@@ -200,7 +200,7 @@ def _with_own_values(response: Augmented, fit: Fit, A: Dataset, trial: Condition
     """Return the response under one condition, with values for its own parameters: if the fit has none, from a fit
     continued on the condition's records."""
     every = together(response, [trial])
-    if trial.shift(response).names <= set(fit.names):
+    if every.shifts[0].names <= set(fit.names):
         return replace(every, fixed=fit.at), fit
     start = FitPoint(tuple(every.free(fit.at)), fit.cost)
     return every, finish(every, [A, marked(trial.A, trial.name)], start, joint=response.model.joint)

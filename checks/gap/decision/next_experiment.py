@@ -5,31 +5,24 @@ out, has a length: twice the gain in log-likelihood to expect of it, in units of
 unit's own records. Priors do not count, except those of the modes of an APA ([GAP] 11). The worst pair counts first.
 """
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.gap.conditions.kinds import ADDED_MASS, EVERY, OTHER_RESISTOR, REMOVED, SIDE_MASSES, ExperimentKind
-from checks.gap.conditions.trial import ConditionTrial, to_fit, together
-from checks.gap.decision.aliases import by_its_size, shares
+from checks.gap.conditions.trial import ConditionTrial, to_fit
 from checks.gap.decision.alternatives import Alternatives, needed_apart
 from checks.gap.decision.experiments import FinalExplanation
 from checks.gap.decision.gates import accepted
+from checks.gap.decision.prediction import Prediction
 from checks.gap.decision.result import Ambiguous
-from checks.gap.modelling.augmented import Augmented, Member, Values
-from checks.gap.modelling.condition import Together
-from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import Experiment
-from checks.gap.search.candidate import Candidate
-from checks.model.parameters import is_mode_factor
 
 # Twice the expected gain: eight times 12.5, what a name needs, because a large effect is not linear and a gain spreads.
 ENOUGH = 100.0
@@ -97,72 +90,16 @@ def separations(of: Alternatives, trial: ConditionTrial) -> tuple[float, tuple[f
     those of all pairs, rising: ENOUGH for one beyond doubt, 0 for one that decides nothing. Elements at one place are
     no pair. Raises ModelError."""
     table, data = of.whole.table, to_fit(trial.A, [trial])
-    first = Prediction.of(of.whole, data, trial, first=True)
-    every = [(of.members[0], first), *((m, Prediction.of(m.whole, first.sets, trial)) for m in of.members[1:])]
-    found = [(separation_from_values(first, of.claim.effect), table.two_delta_lnL)] if of.other_values else []
+    first = Prediction.of(of.whole, data, [trial], first=True)
+    every = [(of.members[0], first), *((m, Prediction.of(m.whole, first.sets, [trial])) for m in of.members[1:])]
+    found = [(first.imitated(of.claim.effect)[1], table.two_delta_lnL)] if of.other_values else []
     for (a, one), (b, other) in combinations(every, 2):
         if not _same_place(a.member, b.member):
             needed = needed_apart(replace(of.claim, effect=a.member), [b.member], table)
-            found.append((separation(one, other), needed))
+            found.append((other.left([x - y for x, y in zip(one.H, other.H, strict=True)])[1], needed))
     decided = (min(apart, ENOUGH) if apart > SPREAD * needed else 0.0 for apart, needed in found)
     return min((apart for apart, _ in found), default=0.0), tuple(sorted(decided)) or (0.0,)
 
 
 def _same_place(a: Member, b: Member) -> bool:
     return isinstance(a, GenericElement) and isinstance(b, GenericElement) and a.place == b.place
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What an explanation predicts under all conditions. H: responses (F, C) of each dataset; sets: the datasets, which
-    weigh differences, with the responses of the first explanation of a class."""
-
-    response: Augmented
-    every: Together
-    free: list[Free]
-    at: Values
-    H: list[Complex]
-    sets: Sequence[Dataset]
-
-    @classmethod
-    def of(cls, c: Candidate, sets: Sequence[Dataset], trial: ConditionTrial, first: bool = False) -> "Prediction":
-        """Return the prediction of an explanation. first: whether it is the first of its class. Raises ModelError."""
-        every = together(c.response, [trial])
-        free = every.free(c.at)
-        at = {p.name: p.begin for p in free}
-        H = [every.frf(d.f, at, d.channels) for d in sets]
-        if first:
-            sets = [replace(d, H=h) for d, h in zip(sets, H, strict=True)]
-        return cls(c.response, every, free, at, H, sets)
-
-    @cached_property
-    def rows(self) -> Array:
-        """Return the whitened derivatives (n, p) by all parameters."""
-        names = [p.name for p in self.free]
-        return np.hstack([s.whitener(self.every.jacobian(s.f, names, self.at, s.channels)) for s in self.sets]).T
-
-    def left(self, changes: Sequence[Complex], without: Collection[str] = ()) -> float:
-        """Return the squared length of changes (F, C) of the datasets, without what the parameters could make up for.
-        without: parameters that are held."""
-        d = np.concatenate([s.whitener(c) for s, c in zip(self.sets, changes, strict=True)])
-        kept = [i for i, p in enumerate(self.free) if p.name not in without]
-        scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in (self.free[i] for i in kept)])
-        _, rest = shares(np.vstack([self.rows[:, kept], scatter]), np.concatenate([d, np.zeros(len(kept))]))
-        return float(rest @ rest)
-
-
-def separation(one: Prediction, other: Prediction) -> float:
-    """Return twice the gain in log-likelihood to expect of an explanation over another."""
-    return other.left([a - b for a, b in zip(one.H, other.H, strict=True)])
-
-
-def separation_from_values(one: Prediction, effect: Effect) -> float:
-    """Return the same over other values of calibrated parameters, without the effect."""
-    model = one.response.model
-    own = {f"{effect.name}.{p.name}" for p in effect.parameters} | set(effect.stands_for(model))
-    less = replace(one.every, base=one.every.base.without(effect.name))
-    changes = []
-    for s in one.sets:
-        change = by_its_size(effect, model, one.every, one.at, s)
-        changes.append(s.H - less.frf(s.f, one.at, s.channels) if change is None else change)
-    return one.left(changes, own)

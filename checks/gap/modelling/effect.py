@@ -139,13 +139,6 @@ class Effect:
         """Return the effect as a list of explanations shows it."""
         return self.name
 
-    def parameter(self, name: str) -> Parameter:
-        return next(p for p in self.parameters if p.name == name)
-
-    def targets(self, model: Model, parameter: str) -> tuple[str, ...]:
-        """Return the model's parameters behind one parameter of the effect."""
-        return self.parameter(parameter).targets(model)
-
     def stands_for(self, model: Model) -> tuple[str, ...]:
         """Return the model's parameters behind all parameters of the effect."""
         return tuple(t for p in self.parameters for t in p.targets(model))

@@ -26,11 +26,6 @@ class Shift:
     own: tuple[OwnValue, ...] = ()
 
     @property
-    def changes(self) -> bool:
-        """Return whether it changes anything of a linear model."""
-        return bool(self.adds or self.times or self.own)
-
-    @property
     def free(self) -> list[Free]:
         return [o.free for o in self.own]
 

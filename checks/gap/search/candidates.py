@@ -27,7 +27,6 @@ from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
 from checks.model.model import Model
-from checks.model.parameters import is_mode_factor
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -271,18 +270,22 @@ class Search:
         other = self.with_other_damping(c)
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
+    def begun_with(
+        self, base: Augmented, at: Mapping[str, float], member: Member, values: Mapping[str, float], steps: int
+    ) -> Candidate | None:
+        """Return a response with one more member, begun at values of its own beside those of the response (what it
+        stands for returns to its prior), the scatter held; None if the strut is not held there."""
+        response = base.with_member(member).holding_scatter(at)
+        taken = member.stands_for(response.model)
+        start = {k: v for k, v in at.items() if k not in taken} | {f"{member.name}.{k}": v for k, v in values.items()}
+        try:
+            return self.advance(self.begin(response, start), steps)
+        except ModelError:
+            return None
+
     def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Candidate]:
-        response = base.with_member(score.member).holding_scatter(at)
-        out = []
-        taken = score.member.stands_for(response.model)  # these return to their priors
-        kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
-        for values in score.starts:
-            start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
-            try:
-                out.append(self.advance(self.begin(response, start), FEW))
-            except ModelError:
-                continue
-        return out
+        begun = (self.begun_with(base, at, score.member, values, FEW) for values in score.starts)
+        return [c for c in begun if c is not None]
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Candidate]:
         """Start as a calibration does, from the priors and on few bins: if the calibration without the effect is far
