@@ -11,9 +11,9 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, coarse_fits, finish
 from checks.fitting.prior import prior_rows
-from checks.gap.conditions.trial import ConditionTrial, to_fit, to_judge, together
+from checks.gap.conditions.trial import ConditionTrial, to_fit, together
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.condition import Together
+from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
@@ -64,7 +64,7 @@ class Conditions:
         if not fits:
             raise ModelError("no values of the explanation come near these responses")
         best = min(fits, key=lambda f: f.cost)
-        return Explanation(response, every, best, tuple(to_judge(self.B, self.trials)))
+        return Explanation(response, every, best, (self.B, *(marked(t.B, t.name) for t in self.trials)))
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:

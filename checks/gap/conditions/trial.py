@@ -140,8 +140,3 @@ def _with_room(model: Model, shifts: tuple[Shift, ...]) -> Model:
 def to_fit(A: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
     """Return the realisations to fit, of the unit as it is and under every condition."""
     return [A, *(marked(t.A, t.name) for t in trials)]
-
-
-def to_judge(B: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
-    """Return the realisations to judge with."""
-    return [B, *(marked(t.B, t.name) for t in trials)]

@@ -71,7 +71,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     result, judged = _judge_needed(problem, search, result, left_out)
     decision, shown_before, after, experiments = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
-    rivals = decision.rivals if result.steps else choose_experiments(decision, search.A)
+    rivals = decision.rivals if result.steps else choose_experiments(decision, search.A, problem.inputs.trials)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow)
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))

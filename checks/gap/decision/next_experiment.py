@@ -5,7 +5,7 @@ out, has a length: twice the gain in log-likelihood to expect of it, in units of
 unit's own records. Priors do not count, except those of the modes of an APA ([GAP] 11). The worst pair counts first.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -29,15 +29,16 @@ ENOUGH = 100.0
 SPREAD = 3.0  # times what decides: a gain of 28 is above 9.2 in 96 of 100 records
 
 
-def choose_experiments(decision: FinalExplanation, A: Dataset) -> tuple[Ambiguous, ...]:
+def choose_experiments(decision: FinalExplanation, A: Dataset, made: Sequence[ConditionTrial]) -> tuple[Ambiguous, ...]:
     """Return the rivals, each with the experiment that is predicted to separate its class best, the least troublesome
-    of those that do as well; as they are if no experiment decides a pair beyond doubt."""
+    of those that do as well; as they are if none decides a pair beyond doubt. made: those that are there already."""
+    known = {(t.kind, t.value) for t in made}
     rivals = decision.rivals
     for claim in accepted(decision.claims):
         of = decision.alternatives(claim)
         best, worst = None, 0.0
         decided: tuple[float, ...] = (0.0,)
-        for trial in _menu(of, A):
+        for trial in (t for t in _menu(of, A) if (t.kind, t.value) not in known):
             try:
                 apart, new = separations(of, trial)
             except ModelError:
@@ -59,9 +60,8 @@ def _menu(of: Alternatives, A: Dataset) -> Iterator[ConditionTrial]:
     """Yield the experiments that could separate the members of a class, the sharpest and least troublesome first."""
     first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(of.claim.effect.experiment, ADDED_MASS)
     places = {m.member.place for m in of.members if isinstance(m.member, GenericElement)}
-    if of.without_fit or not of.names:
-        return
-    for kind in sorted(EVERY, key=lambda kind: kind is not first):
+    kinds = sorted(EVERY, key=lambda kind: kind is not first) if of.names and not of.without_fit else []
+    for kind in kinds:
         if kind not in REMOVED or kind.place in places:
             sizes = kind.sizes if places or kind not in SIDE_MASSES else ()
             yield from (ConditionTrial(kind.name, kind, size, A, A) for size in sizes)

@@ -52,8 +52,5 @@ class Shift:
             return 0.0
         return dict(self.times).get(target, 1.0)
 
-    def targets(self, name: str) -> tuple[str, ...]:
-        return tuple(o.target for o in self.own if o.free.name == name)
-
 
 AS_IT_IS = Shift("")

@@ -1,7 +1,7 @@
 """Candidates of an explanation: which members of the library are tried, and from which start each is fitted."""
 
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -319,13 +319,18 @@ class Search:
             simpler = self.refit(less, start)
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.prune(simpler)
-            for part in parts_of(member):
-                own = c.response.of(c.at, member.name)
-                at = start | {f"{part.name}.{p.name}": own[p.name] for p in part.parameters}
-                simpler = self.refit(less.with_member(part), at)
+            for simpler in self.with_parts(c, member, parts_of(member)):
                 if simpler.score > c.score and simpler.adequate >= c.adequate:
                     return self.prune(simpler)
         return c
+
+    def with_parts(self, c: Candidate, member: Member, parts: Sequence[GenericElement]) -> Iterator[Candidate]:
+        """Yield a candidate with one part of an element's dynamic stiffness at a time in its place."""
+        less, own = c.response.without(member.name), c.response.of(c.at, member.name)
+        for part in parts:
+            start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
+            with suppress(ModelError):
+                yield self.refit(less.with_member(part), {**less.own_values(c.at), **start})
 
     def swap_members(self, c: Candidate) -> list[Candidate]:
         """Return the candidates in which an effect takes the place of a member, from the other values of the candidate.
@@ -382,7 +387,7 @@ class Search:
                 out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
         return out
 
-    def _finish_to_the_end(self, c: Candidate) -> Candidate:
+    def finish_to_the_end(self, c: Candidate) -> Candidate:
         """Fit to the end, first with the scatter held, then with all parameters free."""
         end = self.advance(c, MANY)
         return self.advance(self.free_scatter(end), POLISH) if end.response.held else end
@@ -393,7 +398,7 @@ class Search:
         done = []
         for i, c in enumerate(best_of_each(started, lambda c: c.cost)):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
-            done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
+            done.append(self.finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)

@@ -3,7 +3,6 @@ struts have. Elements at every place, families of parts and filters in the signa
 of the library takes part."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
@@ -162,11 +161,8 @@ def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
     the others are not physical, one of these explains the data."""
     for m in c.response.members:
         if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
-            less, own = c.response.without(m.name), c.response.of(c.at, m.name)
-            for part in (element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)):
-                start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
-                with suppress(ModelError):
-                    yield search.refit(less.with_member(part), {**less.own_values(c.at), **start})
+            parts = [element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)]
+            yield from search.with_parts(c, m, parts)
 
 
 def _is_complete(search: Search, c: Candidate) -> bool:
