@@ -82,5 +82,5 @@ SIDE_MASSES = tuple(
 DRIVE_LEVEL = ExperimentKind("drive_level", LEVEL, "{:g} times the drive level")
 TURNED = ExperimentKind("turned", None, "the strut turned by 180 degrees about its axis")
 # In the order in which they are proposed if they separate as well: the least troublesome first.
-EVERY = (ADDED_MASS, OTHER_RESISTOR, OWN_RETURN, *REMOVED, *SIDE_MASSES, DRIVE_LEVEL, TURNED)
+EVERY = (ADDED_MASS, DRIVE_LEVEL, OTHER_RESISTOR, TURNED, OWN_RETURN, *REMOVED, *SIDE_MASSES)
 EXPERIMENT_KINDS = {kind.name: kind for kind in EVERY}

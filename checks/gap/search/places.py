@@ -133,7 +133,8 @@ class Places:
         """Return the best kinds at the best places, by falling gain. known: values at another place, to begin from
         too: what is large is not found from nothing."""
         out: dict[str, Score] = {}
-        for d in self.ranked[:FOLLOWED]:
+        # on the axis too: the best point beside it with any stiffness may be one of no kind
+        for d in dict.fromkeys(e for d in self.ranked[:FOLLOWED] for e in (d, Direction(d.place, d.direction))):
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
                 if self._has(e):
