@@ -298,9 +298,9 @@ def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
 
 def _predicted(rivals: Sequence[Ambiguous]) -> tuple[str, ...]:
     """Return a note on what the experiments that are asked for are predicted to separate."""
-    of = ((" and ".join(a.effects), a.separation) for a in rivals if a.separation is not None)
-    words = (f"predicted separation of {names} by the experiment: {sds:.0f} standard deviations" for names, sds in of)
-    return tuple(f"{each} or more" for each in words)
+    each = ((", ".join(a.effects).replace("_", " "), a.separation) for a in rivals if a.separation is not None)
+    words = "by the experiment the nearest two of {} are predicted to differ by {:.1f} standard deviations"
+    return tuple(words.format(*one) for one in each)
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -48,11 +48,8 @@ def choose_experiments(decision: FinalExplanation, A: Dataset, made: Sequence[Co
             if decided[0] == ENOUGH:
                 break
         if best is not None and decided[-1] == ENOUGH:
-            asks = [
-                replace(a, experiment=request(a.experiment, best.kind, best.value), separation=worst) for a in rivals
-            ]
-            own = [claim.effect.name in a.effects for a in rivals]
-            rivals = tuple(b if is_own else a for a, b, is_own in zip(rivals, asks, own, strict=True))
+            asks = {a: request(a.experiment, best.kind, best.value) for a in rivals if claim.effect.name in a.effects}
+            rivals = tuple(replace(a, experiment=asks[a], separation=worst) if a in asks else a for a in rivals)
     return rivals
 
 

@@ -134,7 +134,8 @@ class Places:
         too: what is large is not found from nothing."""
         out: dict[str, Score] = {}
         # on the axis too: the best point beside it with any stiffness may be one of no kind
-        for d in dict.fromkeys(e for d in self.ranked[:FOLLOWED] for e in (d, Direction(d.place, d.direction))):
+        best = self.ranked[:FOLLOWED]
+        for d in dict.fromkeys(e for b in best for e in (b, Direction(b.place, b.direction))):
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
                 if self._has(e):

@@ -60,7 +60,7 @@ def test_the_experiment_that_is_asked_for_leaves_the_right_place(hidden: dict[st
     assert len(parts(before)) > 1
     assert true in parts(before)
     assert before.elements[0].experiment in every_experiment()
-    assert any(n.startswith("predicted separation of") for n in before.notes)
+    assert any(n.startswith("by the experiment the nearest two of") for n in before.notes)
     answer, given = before, []
     for k in range(2):  # the second, if the first leaves two places
         kind, value = asked(answer)
