@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 
 from reportlab.pdfgen.canvas import Canvas
 
+from accept.certificate import ports, verify_certificate
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
-from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents
 
 COUNT = 7
@@ -48,7 +48,7 @@ def main() -> None:
             "render": lambda: render(made),
             "sign": lambda: sign(unsigned, technician, WHEN),
             "countersign": lambda: sign(signed, qa, WHEN),
-            "verify": lambda: verify(final, [technician.ca]),
+            "verify": lambda: verify_certificate(final, [technician.ca], ports()),
         }
         times = {name: seconds(job) for name, job in jobs.items()}
         print(f"plain page of text: {1e3 * unit:.2f} ms")

@@ -27,10 +27,9 @@ from accept.analysis.record_responses import (
     responses_of,
 )
 from accept.base.documents.results import UnitRecord
+from accept.gap import GapAnalysis, Responses
+from accept.gap import analyse as _analyse
 from accept.gap import responses as unit_responses
-from accept.gap.analyse_unit import GapAnalysis
-from accept.gap.analyse_unit import analyse as _analyse
-from accept.gap.responses import Responses
 from accept.judging.judge_unit import default_spec, judge_unit, load_spec
 from accept.models.model_file import SIMULATED_MODEL, default_model
 from accept.models.model_file import open_model as _open_model
@@ -266,7 +265,7 @@ def responses(unit: UnitLike, f_lo: float = F_LO, f_hi: float = F_HI) -> Respons
         `found.first` and `found.second` (another realisation, or None), each with `.f` (F,) [Hz], `.H` (F, C) over Va
         at the DAC, `.cov` (F, C, C), `.channels`. Records that judging refuses are refused. Raises UnitError,
         RecordError."""
-    return unit_responses.responses(_loaded_unit(unit), f_lo=f_lo, f_hi=f_hi)
+    return unit_responses(_loaded_unit(unit), f_lo=f_lo, f_hi=f_hi)
 
 
 @checked

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from accept.analysis.arguments import check_argument
 from accept.analysis.record_responses import UNITS, MeasuredResponse
-from accept.gap.responses import Responses
+from accept.gap import Responses
 from checks.cause import together
 from checks.errors import RecordError
 from checks.fitting import Dataset, dataset_of

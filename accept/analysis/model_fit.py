@@ -7,7 +7,7 @@ from typing import Any
 from accept.analysis.given_responses import Given, responses_given
 from accept.analysis.imported_response import import_response
 from accept.base.console import say
-from accept.gap.responses import Responses, responses
+from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, default_model, open_model_file, write_model
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.errors import ModelError

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from accept.base import loading
 from accept.base.exit_codes import Exit
-from accept.base.operator_name import operator_name
+from accept.base.names import operator_name
 from accept.base.plain_text import lines, one_line, without_secrets
 from specs import plugins
 from specs.errors import AcceptError

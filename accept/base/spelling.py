@@ -8,6 +8,18 @@ import re
 
 LOOKS = ("oilsb", "01158")  # letters, in lower case, and the digits that look like them
 UNSEEN = "-_.0"  # left out of the key of the index: any of them may be a separator or a leading zero
+# A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
+SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+_DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
+
+
+def serial_problem(serial: str) -> str | None:
+    """Return why a text cannot be a serial, None if it can."""
+    if not SERIAL.fullmatch(serial):
+        return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
+    if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
+        return "Windows keeps this name for itself, so no certificate can bear it"
+    return None
 
 
 def spelling_key(serial: str) -> str:

@@ -1,5 +1,8 @@
 """Batches of many units: judge what changed, certify it, and leave results that scripts and people can read."""
 
+import pickle
+import sqlite3
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -15,17 +18,16 @@ from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
+from accept.base.spelling import spelling_key
 from accept.batch.executors import run_jobs
-from accept.batch.job import Judgement, Refusal, UnitJob
 from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.ports import Judgement, JudgingOrder, Refusal
 from accept.batch.results import WHOLE, Results, check_room
-from accept.batch.roster import Roster
-from accept.certificate.contents.content import ContentError
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import Earlier
+from accept.batch.services import JudgingServices
+from accept.certificate import ContentError, InvalidCertificate, ends_before
 from accept.certificate.trust.keys import Credential
-from accept.fleet.findings_file import FEW, keep_findings
-from accept.gap.text import one_line
+from accept.fleet import keep_findings
+from accept.gap import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
 from accept.pictures.labels import label_of
@@ -38,6 +40,108 @@ from checks.verdict import Verdict
 from specs.bench import BenchFile
 from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import Spec
+
+HELD = 2000  # units kept as they were read; the others are read again
+
+
+class Roster:
+    """Folders by serial, and which of them were judged, by which event. A context manager.
+
+    One serial in two folders is a clash, also if they differ only in capitals: a file system may take a and A for one.
+    """
+
+    def __init__(self) -> None:
+        self._file = sqlite3.connect("")  # in memory while it is small, else in a temporary file without a name
+        self._file.execute(
+            "CREATE TABLE unit (place TEXT PRIMARY KEY, path TEXT, serial TEXT, key TEXT, "
+            "refused INTEGER DEFAULT 0, seq INTEGER, unchanged INTEGER, found BLOB, "
+            "earlier INTEGER DEFAULT 0, since INTEGER DEFAULT 1)"
+        )
+        self._held: dict[Path, UnitFolder] = {}
+        self._file.execute("CREATE INDEX by_key ON unit (key)")
+        self._file.execute("CREATE INDEX by_serial ON unit (serial)")
+
+    def __enter__(self) -> "Roster":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def add(self, unit: UnitFolder) -> None:
+        """Add a folder; a folder that is named twice counts once."""
+        if len(self._held) < HELD:
+            self._held.setdefault(unit.path, unit)
+        row = (str(unit.path.resolve()), str(unit.path), unit.serial, spelling_key(unit.serial))
+        self._file.execute("INSERT OR IGNORE INTO unit (place, path, serial, key) VALUES (?, ?, ?, ?)", row)
+
+    def clashes(self) -> Iterator[tuple[str, Path, list[str]]]:
+        """Yield (serial, folder, the other folders) of each that shares a serial; they are refused from here on."""
+        twice = "SELECT key FROM unit GROUP BY key HAVING COUNT(*) > 1"
+        rows = self._file.execute(f"SELECT serial, path, key FROM unit WHERE key IN ({twice}) ORDER BY serial, path")
+        for serial, path, key in rows.fetchall():
+            others = self._file.execute("SELECT path FROM unit WHERE key = ? AND path != ? ORDER BY path", (key, path))
+            yield serial, Path(path), [other for (other,) in others]
+        self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
+
+    def folders(self) -> Iterator[Path]:
+        """Yield the folders of the units that are not refused, by serial."""
+        rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
+        return (Path(path) for (path,) in rows)
+
+    def unit(self, path: Path) -> UnitFolder:
+        """Return the cached unit, read again if it was evicted. Raises UnitError."""
+        return self._held.get(path) or unit_folder.read(path)
+
+    def folder(self, serial: str) -> Path | None:
+        """Return the folder of a unit of this batch, None if it has no such unit."""
+        row = self._file.execute("SELECT path FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else Path(row[0])
+
+    def place(self, serial: str) -> int:
+        """Return the place of a unit among the folders, in the order in which they were found."""
+        row = self._file.execute("SELECT rowid FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return int(row[0]) - 1
+
+    def refuse(self, path: Path) -> None:
+        self._file.execute("UPDATE unit SET refused = 1 WHERE place = ?", (str(path.resolve()),))
+
+    def judged(self, serial: str, seq: int | None, unchanged: bool = False) -> None:
+        """Note the event that holds the unit's result; a later one replaces an earlier one."""
+        row = (seq, int(unchanged), serial)
+        self._file.execute("UPDATE unit SET seq = ?, unchanged = ? WHERE serial = ? AND refused = 0", row)
+
+    def event(self, serial: str) -> int | None:
+        """Return the number of the event that holds the unit's result, None before it was judged."""
+        row = self._file.execute("SELECT seq FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        return None if row is None else row[0]
+
+    def keep(self, result: UnitRecord) -> None:
+        """Keep the result of a unit in this run, without its pictures."""
+        row = (zlib.compress(pickle.dumps(replace(result, panels={})), 1), result.serial)
+        self._file.execute("UPDATE unit SET found = ? WHERE serial = ? AND refused = 0", row)
+
+    def found(self, serial: str) -> UnitRecord | None:
+        """Return the result of a unit in this run, None if it was not judged in it."""
+        row = self._file.execute("SELECT found FROM unit WHERE serial = ? AND refused = 0", (serial,)).fetchone()
+        result: UnitRecord | None = None if row is None or row[0] is None else pickle.loads(zlib.decompress(row[0]))
+        return result
+
+    def known(self, serial: str, earlier: int, since: int) -> None:
+        """Note how many judgements of the serial were counted, in events before number `since`."""
+        row = (earlier, since, serial)
+        self._file.execute("UPDATE unit SET earlier = ?, since = ? WHERE serial = ? AND refused = 0", row)
+
+    def results(self) -> Iterator[tuple[str, int, int, int]]:
+        """Yield (serial, number of its event, and what `known` counted: earlier, since), by serial."""
+        columns = "serial, seq, earlier, since"
+        return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
+
+    def count(self, which: str = "refused = 0") -> int:
+        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, `unchanged` for those
+        judged before."""
+        found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
+        return found[0]
+
 
 CERTIFICATES = "certificates"
 
@@ -108,7 +212,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
         started = store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
         batch.started = started.seq
-        jobs: Iterator[UnitJob] | list[UnitJob] = batch.jobs()
+        jobs: Iterator[JudgingOrder] | list[JudgingOrder] = batch.jobs()
         if request.cluster is None:
             jobs = list(jobs)
         of = len(jobs) if isinstance(jobs, list) else roster.count()
@@ -120,9 +224,8 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch.write_results()
     report = batch.report
     store.write(BatchFinished(report.verdicts, len(report.refused)), who=request.operator)
-    if report.judged - report.unchanged > FEW:
-        with suppress(StoreError):  # an earlier judgement that cannot be read is no fault of this batch
-            keep_findings(store)  # so that no question has to read so many judgements
+    with suppress(StoreError):  # an earlier judgement that cannot be read is no fault of this batch
+        keep_findings(store, report.judged - report.unchanged)  # so that no question has to read so many judgements
     return report
 
 
@@ -136,10 +239,9 @@ class _Batch:
             store,
             request.specs,
             request.operator,
-            credential=request.credential,
+            JudgingServices(store, request.operator, request.credential, request.model),
             bench_file=request.bench,
             on=request.on,
-            model=request.model,
             out=request.out,
             confirm=request.confirm,
             reason=request.reason,
@@ -173,7 +275,7 @@ class _Batch:
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 
-    def jobs(self) -> Iterator[UnitJob]:
+    def jobs(self) -> Iterator[JudgingOrder]:
         """Yield the jobs as they are asked for; report and mark units that are unchanged."""
         for path in self.roster.folders():
             try:
@@ -184,7 +286,7 @@ class _Batch:
             if job is not None:
                 yield job
 
-    def _job(self, path: Path) -> UnitJob | None:
+    def _job(self, path: Path) -> JudgingOrder | None:
         """Return the job of a unit, None if its result stands. Raises UnitError, BenchStopped."""
         pipeline, roster = self.pipeline, self.roster
         unit = roster.unit(path)
@@ -204,7 +306,7 @@ class _Batch:
     def _place(self, unit: UnitFolder) -> PlaceInBatch:
         return PlaceInBatch(self.started, self.roster.place(unit.serial))
 
-    def keep(self, job: UnitJob, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
+    def keep(self, job: JudgingOrder, outcome: Judgement | Refusal | GivenUp, prefix: str) -> None:
         """Settle the outcome of a job, then print the verdict."""
         if isinstance(outcome, Refusal | GivenUp):
             words = outcome.reason if isinstance(outcome, Refusal) else f"{job.unit.path}: {outcome}"
@@ -265,8 +367,7 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    before = fold(e for e in self.pipeline.events(serial) if e.seq < judged.seq)
-                    ended = Earlier.of(before)
+                    ended = ends_before(fold(self.pipeline.events(serial), before=judged.seq))
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)
@@ -304,10 +405,10 @@ def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Ev
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:
     """Return the pictures of a certificate, None if it cannot be read."""
-    from accept.certificate.verify import attachments, structure  # loads pyhanko
+    from accept.certificate import read_contents
 
     try:
         content = read_bounded(certificate, CERTIFICATE_BYTES)
-        return structure.read_unknown(attachments.read, content).panels
+        return read_contents(content).panels
     except (InvalidCertificate, OSError):
         return None

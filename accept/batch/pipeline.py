@@ -15,29 +15,20 @@ without one the verdict is stored, which makes the certificate before a supersed
 """
 
 import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
-from accept.base.atomic_files import write_atomic
+from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
+from accept.base.names import KeyHolder, same_person, shown_name
 from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
-from accept.batch.job import Judgement, UnitJob
-from accept.capture.reference_check import days_checked
-from accept.certificate.certify import drawn, set_aside, sign_into
-from accept.certificate.contents.content import canonical
-from accept.certificate.contents.provenance import Earlier, Provenance, amended
-from accept.certificate.trust import keys
-from accept.certificate.trust.commissioning import bench_statement
-from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import needs_reason, numbers_of, provenance
-from accept.certificate.trust.spec_approval import approval_of
-from accept.gap.start_model import StartModel, applies, is_there, same_start
+from accept.batch.ports import Judgement, JudgingOrder, JudgingPort
 from accept.judging import calibration
 from accept.judging.calibration import Statement
 from accept.judging.copies import withhold_others
@@ -45,9 +36,8 @@ from accept.judging.folder_name import confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
-from accept.judging.superseded import Approval
-from accept.models.evidence import evidence_of, hashes, named_models
-from accept.store import Event, KeyHolder, Overtaken, SignedHead, Store, UnitState, fold, shown_name
+from accept.models.evidence import evidence_of, named_models
+from accept.store import Event, Overtaken, Store, UnitState, fold
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
@@ -91,34 +81,29 @@ class StoredJudgement:
 
 class Pipeline:
     """Judges units for one store: by these specs (kind -> spec), under this operator's name, with the calibration of
-    a bench file's instruments as it stands `on` a day (UTC). credential: signs certificates. model: explains responses
-    instead of the spec's. out: folder of the results. confirm: asks the operator a question, None if it cannot be
-    asked. reason: why units that were not accepted are judged again, None to ask; ask_reason: asks for it, None if it
-    cannot be asked."""
+    a bench file's instruments as it stands `on` a day (UTC). out: folder of the results. confirm: asks the operator a
+    question, None if it cannot be asked. reason: why units that were not accepted are judged again, None to ask;
+    ask_reason: asks for it, None if it cannot be asked."""
 
     def __init__(
         self,
         store: Store,
         specs: Mapping[str, Spec],
         operator: str,
+        services: JudgingPort,
         *,
-        credential: Credential | None = None,
         bench_file: BenchFile | None = None,
         on: date | None = None,
-        model: str | None = None,
         out: Path | None = None,
         place: Path | None = None,
         confirm: Callable[[str], bool | None] = lambda _: None,
         reason: str | None = None,
         ask_reason: Callable[[str], str | None] = lambda _: None,
     ) -> None:
-        self.store, self.specs, self.operator, self.credential = store, specs, operator, credential
-        self.bench_file, self.on, self.model, self.out = bench_file, on or datetime.now(UTC).date(), model, out
+        self.store, self.specs, self.operator, self.services = store, specs, operator, services
+        self.bench_file, self.on, self.out = bench_file, on or datetime.now(UTC).date(), out
         self.home = place or home()
         self._models: dict[str, dict[str, dict[str, str]]] = {}
-        self._starts: dict[str, StartModel | None] = {}
-        self._approvals: dict[str, Approval | None] = {}
-        self._head: SignedHead | None = None
         self._stopped: bool | None = None
         self._confirm, self._confirmed = confirm, set[Path]()
         self._reason = None if reason is None else reason_line(reason)
@@ -165,7 +150,7 @@ class Pipeline:
             return False
         if known.reservations != Reservations.stated(entry):
             return False
-        if not (same_start(entry.gap, self._start(unit)) and is_there(entry.gap, self.out or Path())):
+        if not self.services.explained(entry.gap, self.services.start(unit, spec), self.out or Path()):
             return False
         if certificate is None:
             return True
@@ -178,7 +163,7 @@ class Pipeline:
         certificate: Path | None = None,
         place: PlaceInBatch | None = None,
         reason: str | None = None,
-    ) -> UnitJob:
+    ) -> JudgingOrder:
         """Return the job that judges a unit. certificate: the file wanted, None for none. place: in its batch. reason:
         why it is judged again, if the operator need not be asked."""
         before, due = known.before, None
@@ -187,12 +172,12 @@ class Pipeline:
             due, reason = before, before.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
-        return UnitJob(
+        return self.services.job(
             unit,
             self.specs[unit.kind],
-            shown_name(self.operator, typed) if self.credential is None else self.operator,
+            self.operator if self.services.signs else shown_name(self.operator, typed),
             stated=self.statement(unit) if due is None else self._statement_of(unit, due),
-            start=self._start(unit),
+            start=self.services.start(unit, self.specs[unit.kind]),
             out=self.out,
             certificate=certificate,
             home=self.home,
@@ -202,7 +187,7 @@ class Pipeline:
             reason=reason,
         )
 
-    def settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
+    def settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         """Store a judgement with what the store knows against the unit, and certify it.
 
         Raises StoreError, BenchStopped, ContentError, SigningRefused, OSError."""
@@ -212,7 +197,7 @@ class Pipeline:
             except Overtaken:  # another program stored something of the unit: it is read again
                 continue
 
-    def _settle(self, job: UnitJob, judgement: Judgement) -> StoredJudgement:
+    def _settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         past, found = self.events(job.unit.serial), judgement.result
         last = fold(past)
         result = self._reservations(job.unit, found).apply(found)
@@ -224,30 +209,24 @@ class Pipeline:
             return self._settle(job, job.judge())
         before, reason, because = last, job.reason, ""
         if due is not None:
-            before, reason = fold(e for e in past if e.seq < due.seq), due.judged.reason
+            before, reason = fold(past, before=due.seq), due.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
-        signs = job.certificate is not None and self.credential is not None
-        if amends := amended(result.serial, before, result) if signs else "":
+        signs = job.certificate is not None and self.services.signs
+        if amends := self.services.amended(before, result) if signs else "":
             given = reason or self._reason_to_amend(result, amends, before)
             reason, because = (given, "") if due is None else (reason, "" if reason else given)
-        job, unsigned, page, number = replace(job, reason=reason), "", None, ""
-        if amends and not (reason or because) and self._waits(result, before):
+        job, unsigned, issue = replace(job, reason=reason), "", None
+        if amends and not (reason or because) and self.services.waits(before, result):
             unsigned = _NO_REASON.format(result.serial, amends)
         elif job.certificate is not None:
-            stated = self._provenance(job.spec, result.serial, before, reason, due, because, amends)
-            contents, number = job.contents(replace(judgement, result=result), stated), stated.number
-            page = drawn(contents, self.home)
+            judged = "" if due is None else due.time
+            stated = {"reason": reason, "amends": amends, "judged": judged, "signed_because": because}
+            judgement = replace(judgement, result=result)
+            issue = self.services.draw(job.certificate, job, judgement, before, past, **stated)
         seq = self._store_verdict(job, result, past[-1].seq if past else 0).seq if due is None else due.seq
-        if job.certificate is not None and page is not None:
-            set_aside(job.certificate, if_countersigned=True)
-            if self.credential is None:
-                write_atomic(job.certificate, page)
-            else:
-                sign_into(
-                    job.certificate, page, self.credential, self.store, result.serial, self.operator, result.spec,
-                    number=number, simulated=result.simulated, reason=because, judged=seq,
-                )  # fmt: skip
+        if issue is not None:
+            issue(seq)
         others = tuple(self.weaken_others(result.serial, result.copies))
         return StoredJudgement(result, seq, others, unsigned)
 
@@ -266,10 +245,7 @@ class Pipeline:
         of judging, if it is not that of this run."""
         if self.bench_file is None:
             return None
-        checks = self.specs[unit.kind].checks
-        asked = any(check.reference_days is not None for check in checks.values())
-        references = days_checked(self.store, self.bench_file) if asked else {}
-        stated = bench_statement(self.bench_file, checks, on or self.on, self.home, references)
+        stated = self.services.statement(self.bench_file, self.specs[unit.kind].checks, on or self.on)
         return calibration.checked(stated, unit.measured)
 
     def events(self, serial: str) -> list[Event]:
@@ -283,34 +259,14 @@ class Pipeline:
     def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
         past = self.events(unit.serial)
-        approval = self._approval(unit.kind) if past else None
+        approval = self.services.approval(self.specs[unit.kind]) if past else None
         return Reservations.known(self.store, unit, result, confirmed_by, past, approval)
-
-    def _approval(self, kind: str) -> Approval | None:
-        """Return the approval of the spec of a kind by quality assurance, None without a valid one."""
-        if kind not in self._approvals:
-            spec = self.specs[kind]
-            try:
-                stated = approval_of(spec, self.home, keys.ca(self.home), keys.revoked(self.home))
-            except AcceptError:
-                stated = {}
-            approved = Approval(f"{spec.name}@{spec.sha256}", stated["time"]) if "time" in stated else None
-            self._approvals[kind] = approved
-        return self._approvals[kind]
 
     def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
         """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""
         if kind not in self._models:
             self._models[kind] = hashes(evidence_of(named_models(self.specs[kind])))
         return self._models[kind]
-
-    def _start(self, unit: UnitFolder) -> StartModel | None:
-        """Return the model that is to explain a unit's responses, None without responses or model."""
-        if not applies(unit):
-            return None
-        if unit.kind not in self._starts:  # opening a model takes most of a second
-            self._starts[unit.kind] = StartModel.of(self.specs[unit.kind], self.model)
-        return self._starts[unit.kind]
 
     def _reason_for(self, before: UnitState | None) -> str | None:
         """Return why a unit is judged again, "" if no reason was given; None if its last judgement asks for none."""
@@ -331,44 +287,15 @@ class Pipeline:
             return "a golden unit, measured again"
         return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
 
-    def _waits(self, result: UnitRecord, before: UnitState | None) -> bool:
-        """Return whether a certificate in place of another one waits for a reason: also if an earlier program stored no
-        result with the one that it replaces."""
-        if before is None or before.handed_out is None:
-            return False
-        replaced = before.handed_out.result
-        return replaced is None or needs_reason(result.verdict, before.verdict, replaced.verdict)
-
     def _asked(self, question: str) -> str:
         """Return the reason that was given, or asked for once in a run; "" for none."""
         if self._reason is None:
             self._reason = reason_line(self._ask_reason(question) or "")
         return self._reason
 
-    def _provenance(
-        self,
-        spec: Spec,
-        serial: str,
-        before: UnitState | None,
-        reason: str | None,
-        due: UnitState | None,
-        because: str,
-        amends: str,
-    ) -> Provenance:
-        if self._head is None:
-            self._head = self.store.signed_head()
-        taken = numbers_of(self.events(serial))
-        judged = "" if due is None else due.time
-        return provenance(
-            self.store, self.operator, spec, serial, before, self._head, self.home, self.credential, taken,
-            Provenance(
-                reason=reason, earlier=Earlier.of(before), amends=amends, judged=judged, signed_because=because
-            ),
-        )  # fmt: skip
-
     def _lacks_only_certificate(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement is `_unchanged`, its calibrations too, and could be signed now."""
-        same = self.credential is not None and self._unchanged(unit, last)
+        same = self.services.signs and self._unchanged(unit, last)
         return same and calibration.same(last.result.calibration, self._statement_of(unit, last))
 
     def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
@@ -386,9 +313,10 @@ class Pipeline:
     def _is_stored(self, seq: int, result: UnitRecord) -> bool:
         """Return whether a result is that of an event, so that one certificate states both."""
         stored = UnitJudged.of(next(self.store.events(result.serial, UnitJudged.KIND, after=seq - 1)))
-        return canonical(stored.result.to_json()) == canonical(result.to_json())
+        one, other = (json.dumps(each.to_json(), sort_keys=True) for each in (stored.result, result))
+        return one == other
 
-    def _store_verdict(self, job: UnitJob, result: UnitRecord, after: int) -> Event:
+    def _store_verdict(self, job: JudgingOrder, result: UnitRecord, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
         that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
         check_may_judge(self.store, result.serial)

@@ -7,9 +7,9 @@ from rich.table import Table
 from rich.text import Text
 
 from accept.base.documents.results import SIMULATED, UnitRecord
-from accept.gap.text import one_line
+from accept.gap import one_line
 from accept.judging.advice import advice
-from accept.judging.nonconformance import stated_words
+from accept.judging.decisions import stated_words
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
 from checks.acceptance import CHECKS

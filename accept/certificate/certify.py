@@ -1,18 +1,24 @@
 """A document signed, written, and its signature stored: the same for technician and quality assurance."""
 
+import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
-from accept.certificate import events
+from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import Disposition
+from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.provenance import signed_by_bench
-from accept.judging.decisions import Signer
-from accept.store import Event, Overtaken, Store
+from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
+from accept.judging.decisions import DISPOSITION, Signer, content_of, sign_decision
+from accept.judging.nonconformance import decided
+from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
+from accept.store.payloads import CertificateSigned, Decision, Payload
+from specs.spec import Spec
 
 
 def drawn(contents: CertificateContent, home: Path) -> bytes:
@@ -20,6 +26,51 @@ def drawn(contents: CertificateContent, home: Path) -> bytes:
     from accept.certificate.page.document import render  # loads reportlab: only when wanted
 
     return render(signed_by_bench(contents, home))
+
+
+class Issuer:
+    """Issues the certificates of a bench in the technician's name; without a credential they stay unsigned."""
+
+    def __init__(self, store: Store, home: Path, who: str, credential: Credential | None) -> None:
+        self.store, self.home, self.who, self.credential = store, home, who, credential
+        self._head: SignedHead | None = None
+
+    def draw(
+        self,
+        path: Path,
+        spec: Spec,
+        result: UnitRecord,
+        before: UnitState | None,
+        past: Sequence[Event],
+        decided: Provenance,
+        contents: Callable[[Provenance], CertificateContent],
+        overwrites: bool = False,
+    ) -> Callable[[int], None]:
+        """Draw a certificate, its provenance signed by the bench; return what signs it, writes it to `path` and stores
+        that it was signed, given the number of the event of its judgement.
+
+        before, decided: as `provenance` takes them; past: events of the unit; contents: what the certificate states,
+        with its provenance; overwrites: an earlier one at its place, unless quality assurance signed it. Raises as
+        `provenance`, ContentError; what is returned raises as `sign_into`."""
+        serial, taken = result.serial, numbers_of(past)
+        self._head = self._head or self.store.signed_head()  # one for all certificates of a run
+        stated = provenance(
+            self.store, self.who, spec, serial, before, self._head, self.home, self.credential, taken, decided
+        )
+        page = drawn(contents(stated), self.home)
+
+        def issue(judged: int) -> None:
+            if not overwrites or _is_countersigned(path):
+                _set_aside(path)
+            if self.credential is None:
+                return write_atomic(path, page)
+            sign_into(
+                path, page, self.credential, self.store, serial, self.who, result.spec,
+                number=stated.number, simulated=result.simulated, reason=stated.signed_because, judged=judged,
+            )  # fmt: skip
+            return None
+
+        return issue
 
 
 def sign_into(
@@ -51,25 +102,36 @@ def sign_into(
     signed = sign(document, credential, datetime.now(UTC), disposition=disposition, simulated=simulated)
     if after is None:  # one of the technician that the store does not know is made again
         write_atomic(path, signed)
-    signer = Signer(credential.key, credential.certificate) if disposition and credential.key is not None else None
+    before = None if credential.role == TECHNICIAN else hashlib.sha256(document).hexdigest()
+    decision, about = None, list[Payload]()
+    if disposition is not None:
+        decision = Decision(disposition.choice, disposition.reason)
+        if credential.key is not None:
+            signer = Signer(credential.key, credential.certificate)
+            if nonconformances:
+                about.append(decided(store, serial, decision, signer, nonconformances))
+            own = sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
+            decision = replace(decision, signed=own)
+    digest = hashlib.sha256(signed).hexdigest()
+    event = CertificateSigned(
+        str(path.resolve()), digest, credential.role, decision, before, number=number, reason=reason, judged=judged
+    )
     try:
-        event = events.signed(
-            store, serial, path, signed, credential.role, who=who, spec=spec, disposition=disposition, of=document,
-            signer=signer, number=number, reason=reason, judged=judged, nonconformances=nonconformances, after=after,
-        )  # fmt: skip
+        stored = store.write_all([*about, event], serial, who=who, spec=spec, after=after)[-1]
     except Overtaken as e:
         words = "its history went on while the certificate was looked at; look at it again: nothing was signed"
         raise SigningRefused(f"{serial}: {words}") from e
     if after is not None:
         write_atomic(path, signed)
-    return event
+    return stored
 
 
-def set_aside(path: Path, if_countersigned: bool = False) -> None:
-    """Rename a certificate of an earlier result, which is never overwritten. if_countersigned: only one that holds more
-    than one signature."""
-    if if_countersigned and not (path.exists() and path.read_bytes().count(b"/ByteRange") > 1):
-        return
+def _is_countersigned(path: Path) -> bool:
+    return path.exists() and path.read_bytes().count(b"/ByteRange") > 1
+
+
+def _set_aside(path: Path) -> None:
+    """Rename a certificate of an earlier result, which is never overwritten."""
     number = 1
     while path.exists():
         aside = path.with_name(f"{path.stem}_superseded-{number}.pdf")

@@ -103,7 +103,7 @@ ENGINEERING: dict[str, Command | Group] = {
                 "physics.model:export", "Write the state space from Va to the channels as a MATLAB file."
             ),
             "fit": Command("physics.model_fit:run", "Fit uncertain parameters to a unit's responses."),
-            "learn": Command("physics.model_learn:run", "Learn a model from a batch."),
+            "learn": Command("fleet.model_learn:run", "Learn a model from a batch."),
             "sweep": Command("physics.model:run_sweep", "Compute poles and zeros over a row of values."),
         },
     ),

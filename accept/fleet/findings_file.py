@@ -155,9 +155,11 @@ def findings(store: Store, names: Collection[str]) -> dict[str, Column]:
     return _brought_up(store).arrays(names)
 
 
-def keep_findings(store: Store) -> None:
-    """Bring the file up to the end of the store, so that the next question need not. Raises StoreError."""
-    _brought_up(store)
+def keep_findings(store: Store, judged: int | None = None) -> None:
+    """Bring the file up to the end of the store, so that the next question need not. judged: judgements since it was;
+    a few are read again rather than written. Raises StoreError."""
+    if judged is None or judged > FEW:
+        _brought_up(store)
 
 
 def _brought_up(store: Store) -> FindingsTable:

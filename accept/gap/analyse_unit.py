@@ -11,9 +11,9 @@ from accept.gap.document import to_json
 from accept.gap.empirical import AddedElement, write_with_elements
 from accept.gap.improved_model import write_improved
 from accept.gap.realisations import F_LO, realisations, trials_of
-from accept.gap.responses import Responses, channels_of, responses
 from accept.gap.summary import summary
 from accept.gap.text import words_of
+from accept.gap.unit_responses import Responses, channels_of, responses
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
 from accept.units.unit_folder import UnitFolder

@@ -38,6 +38,19 @@ def explain_result(result: UnitRecord, unit: LoadedUnit, start: StartModel, say:
     return with_explanation(result, document, gap_panels(done.result) if on_certificate(document) else {})
 
 
+def explain_folder(folder: Path, name: str, say: Say) -> tuple[dict[str, Any], Mapping[str, Panel]]:
+    """Return the key `gap` of the unit in a folder and the pictures of the answer, or the reason of a refusal; write
+    gap.json, gap.pdf and model.toml below the folder. name: of the start model. Raises OSError."""
+    start = StartModel.at(name)
+    try:
+        done = analyse_unit.analyse(folder, name, say=say)
+    except NO_ANSWER as e:
+        return start.refused(str(e)), {}
+    say("writing")
+    analyse_unit.write(done, folder / "gap")
+    return start.answer(done.document), gap_panels(done.result)
+
+
 def with_explanation(result: UnitRecord, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitRecord:
     """Return the result with the missing effects, and those of its pictures that a certificate shows."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}

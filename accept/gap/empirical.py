@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.gap.improved_model import write_improved
-from accept.gap.responses import Responses
+from accept.gap.unit_responses import Responses
 from accept.models.model_file import OpenedModel, open_model
 from checks.fitting import Dataset, gaps
 from checks.gap import FittedElement, Inputs, Result, fit_element

@@ -1,7 +1,7 @@
 """Effects that several units have in common belong to the bench, those of a single unit to that strut."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from accept.gap.text import number, value_words, words_of
@@ -14,6 +14,11 @@ Document = Mapping[str, Any]
 SAME = 1e-3  # chance of such a spread of a parameter, were it the same in all units
 # Nothing is missing beyond what is named: an effect that is not named is not there.
 SETTLED = (GapVerdict.NO_MISSING, GapVerdict.EXPLAINED)
+
+
+def are_settled(documents: Iterable[Document | None]) -> bool:
+    """Return whether nothing is missing beyond what is named in any unit; None: of a unit that was refused."""
+    return all(document is not None and document["verdict"] in SETTLED for document in documents)
 
 
 def common(documents: Sequence[Document]) -> dict[str, Any]:

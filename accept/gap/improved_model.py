@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from accept.gap.responses import Responses
+from accept.gap.unit_responses import Responses
 from accept.models.model_file import OpenedModel, write_model
 from checks.gap import EFFECTS, FittedElement, Result
 from specs.model_sections import FitRecord

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from accept.gap.responses import Responses, records_of, refuse_faults
+from accept.gap.unit_responses import Responses, records_of, refuse_faults
 from accept.units.loaded_unit import LoadedUnit
 from checks.arrays import Array
 from checks.errors import RecordError

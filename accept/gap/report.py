@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from accept.gap.document import to_json
 from accept.gap.empirical import AddedElement
-from accept.gap.findings import findings, gap_by_channel
 from accept.gap.report_tables import elements, fitted_values, gap_with_errors, identified, reasons, steps
+from accept.gap.sentences import findings, gap_by_channel
 from accept.gap.text import data_words, gap_number, headline_of_document, subject, value_words, words_of
 from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence, Table
 from checks.gap import GapVerdict, Result, Tested

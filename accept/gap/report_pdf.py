@@ -25,9 +25,9 @@ from accept.pictures import blocks
 from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
-from accept.pictures.pdf.figure_row import FigureRow, FigureStack
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
+from accept.pictures.pdf.panels import FigureRow, FigureStack
 from accept.pictures.reduce import reduce_panel
 from checks.gap import Result, bode_panels
 from checks.picture import Panel

@@ -6,8 +6,8 @@ from math import isfinite
 from typing import Any
 
 from accept.gap.empirical import AddedElement
-from accept.gap.findings import G_NOTE, gap_by_channel
 from accept.gap.reasons import candidates, moved_parameters, shift_words
+from accept.gap.sentences import G_NOTE, gap_by_channel
 from accept.gap.text import gap_number, number, subject, symbol, unit, words_of
 from accept.models.value_labels import value_label
 from accept.pictures.blocks import Table

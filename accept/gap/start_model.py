@@ -42,23 +42,20 @@ class StartModel:
         return {"start": self.model, "model_sha256": self.sha256}
 
 
-def same_start(known: Mapping[str, Any] | None, start: StartModel | None) -> bool:
-    """Return whether a stored explanation has the start model of a new one, unchanged."""
+def stands(known: Mapping[str, Any] | None, start: StartModel | None, out: Path) -> bool:
+    """Return whether a stored explanation, or None, has the start model of a new one, unchanged, and the improved model
+    that it names is in `out`."""
     if known is None or start is None:
         return known is None and start is None
-    return (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
+    improved = known.get("improved")
+    same = (known.get("start"), known.get("model_sha256")) == (start.model, start.sha256)
+    return same and (improved is None or (out / str(improved)).is_file())
 
 
 def applies(folder: UnitFolder) -> bool:
     """Return whether there are responses to explain."""
     section = folder.sections.get("frf")
     return section is not None and bool(section.entries)
-
-
-def is_there(known: Mapping[str, Any] | None, out: Path) -> bool:
-    """Return whether the improved model that a stored explanation names is at its place."""
-    improved = (known or {}).get("improved")
-    return improved is None or (out / str(improved)).is_file()
 
 
 def _sha256(model: str) -> str | None:

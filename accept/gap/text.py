@@ -158,6 +158,22 @@ def _effect_with_values(n: Mapping[str, Any]) -> str:
     return f"{words_of(n['effect'])} ({values})" if values else words_of(n["effect"])
 
 
+def beside_truth(document: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> str:
+    """Return the named effects beside those that a simulated unit hides, the improved model, and the gap before and
+    after. truth: effect -> its true values."""
+    if not document.get("named"):
+        return f"{one_line(document)} (hidden: {', '.join(truth)})"
+    named = "; ".join(_compared(n, truth.get(n["effect"], {})) for n in document["named"])
+    return f"{named}, added to the model ({document['improved']}); G of {gap_of(document)}"
+
+
+def _compared(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
+    effect, found, names = named["effect"], named["parameters"], in_order(named)
+    values = ", ".join(f"{symbol(effect, k)} {round(found[k]['value'])} {unit(effect, k)}".rstrip() for k in names)
+    true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
+    return f"{words_of(effect)} {values} named (truth {true})"
+
+
 def in_order(n: Mapping[str, Any]) -> list[str]:
     """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them in alphabetical
     order."""

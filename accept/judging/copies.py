@@ -7,7 +7,6 @@ copy; what it may replace says `accept.judging.superseded`. A set of typed readi
 is a copy like a recording (`accept.units.samples`); for one serial the readings may be typed again.
 """
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -16,7 +15,7 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.judging.advice import concluded
-from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.judging.decisions import Signer, problem_here, recording_party, sign_decision
 from accept.judging.rules import withhold_copies
 from accept.store import TABLE, Event, Store
 from accept.store.payloads import CopiesResolved, UnitJudged
@@ -109,12 +108,6 @@ def _copy(serial: str, name: str, own: Channels, found: Mapping[tuple[str, str],
     if decision.signed is not None:  # for a verification away from the bench
         told |= {"parties": resolved_content(decision)["parties"], "signed": decision.signed.to_json()}
     return copy | {"withheld": (serial, name) not in decision.measured, "resolved": told}
-
-
-def recording_party(serial: str, sample: str, channels: Channels) -> tuple[str, str, str]:
-    """Return serial, record, and a hash of what it holds, as a decision names it: another recording under the same name
-    is another party."""
-    return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
 def withhold_others(store: Store, serial: str, copies: Sequence[Mapping[str, Any]], who: str) -> dict[str, int]:

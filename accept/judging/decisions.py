@@ -4,8 +4,9 @@ Quality assurance signs kind and content with its key; the event carries signatu
 valid signature does not count: a name can be typed by anyone at the keyboard.
 """
 
+import hashlib
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -17,13 +18,15 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
+from accept.base.documents.results import CONCESSION
 from accept.base.home import home
-from accept.store import KeyHolder
-from accept.store.payloads import SignedBy
+from accept.base.names import KeyHolder
+from accept.store.payloads import CHOICES, MARK, Decision, NonconformanceDecided, SignedBy, without_hashes
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
 QA = "qa"
+DISPOSITION = "disposition"  # the kind of a decision about nonconformances
 
 
 class DecisionError(AcceptError, ValueError):
@@ -112,6 +115,47 @@ def problem_here(
     except (OSError, ValueError):
         return "the list of revoked keys cannot be read"
     return decision_problem(kind, content, signed, roots, revoked, () if weakens else lost)
+
+
+def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the nonconformances among the notes of a unit folder, each with its step."""
+    marked = ((step, line) for step, lines in notes.items() for line in lines if line.startswith(MARK))
+    return [*dict.fromkeys(f"{step}: {line.removeprefix(MARK)}" for step, line in marked)]
+
+
+def words_of(given: NonconformanceDecided) -> str:
+    """Return a disposition about nonconformances in words: the decision, who decided when, and about what."""
+    decision, signed = given.disposition, given.disposition.signed
+    kind, about = ("concession", "conceded") if decision.choice == CONCESSION else ("disposition", "about")
+    who = "nobody, without a signature" if signed is None else f"{signed.person} {signed.time[:10]}"
+    called, named = CHOICES.get(decision.choice, decision.choice), map(without_hashes, given.nonconformances)
+    return f"{kind} by {who}: {called}: {decision.reason}; {about}: {'; '.join(named)}"
+
+
+def stated_words(dispositions: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return the dispositions that a record states, in words."""
+    return [words_of(NonconformanceDecided.from_json(given)) for given in dispositions]
+
+
+def signed_content(serial: str, given: NonconformanceDecided) -> dict[str, Any]:
+    """Return the data of a disposition that quality assurance signs. Earlier programs signed the certificate that was
+    countersigned with it in place of what it states."""
+    about: dict[str, Any] = {"nonconformances": list(given.nonconformances)} if given.certificate is None else {}
+    about |= {"judged": given.judged} if given.judged else {}
+    return content_of(serial, given.disposition, given.certificate) | about
+
+
+def content_of(serial: str, decision: Decision, certificate: str | None) -> dict[str, Any]:
+    """Return the data of a disposition that is signed with a certificate. certificate: sha256 of the one that was
+    countersigned with it."""
+    about = {"certificate": certificate} if certificate is not None else {}
+    return {"serial": serial, "choice": decision.choice, "reason": decision.reason} | about
+
+
+def recording_party(serial: str, sample: str, channels: Mapping[str, str]) -> tuple[str, str, str]:
+    """Return serial, record, and a hash of what it holds, as a decision names it: another recording under the same name
+    is another party."""
+    return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
 def _is_lost(one: x509.RevokedCertificate) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from accept.judging.calibration import Statement
+from accept.pictures.labels import CHANNELS, input_words, source_words
 from accept.units.loaded_unit import LoadedUnit, bare_name
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_folder import UNIT_FILE, record_channels
@@ -19,13 +20,11 @@ from checks.declare import Check, Measured, Scalar, Series
 from checks.verdict import UsedInput
 from specs.bench import ChannelSource, channel_source
 from specs.spec import Spec
-from specs.units import DIMENSIONLESS, unit_of
+from specs.units import unit_of
 
 Inputs = Mapping[str, tuple[UsedInput, ...]]  # by check
 SPEC, DEFAULT = "spec", "default"
-CHANNELS = "channels."  # how the names of mapped channels begin
 TEMPERATURE = "temperature_C"
-LONGEST_INPUTS = 3000  # characters; nine records of long names and every setting of the responses have fewer
 
 
 def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
@@ -67,56 +66,11 @@ def input_doubts(inputs: Inputs) -> dict[str, Reason]:
     return {check: together(reasons) for check, reasons in doubted.items() if reasons}
 
 
-def inputs_words(result: Mapping[str, Any]) -> dict[str, str]:
-    """Return check -> the inputs of its findings in words, by their source, of an entry of results.json:
-    `unit.toml: added mass 7 kg (the spec says 6.4 kg)`. Those of earlier programs state none."""
-    found = {}
-    for check, inputs in stated_inputs(result).items():
-        by_source: dict[str, list[str]] = {}
-        for one in inputs:
-            other = one.against or one.told
-            words = input_words(check, one) + (f" ({other})" if other else "")
-            by_source.setdefault(one.source, []).append(words)
-        found[check] = "; ".join(f"{source}: {', '.join(words)}" for source, words in by_source.items())
-    return found
-
-
-def stated_inputs(result: Mapping[str, Any]) -> dict[str, list[UsedInput]]:
-    """Return check -> the inputs that its findings state, of an entry of results.json."""
-    found = {f["check"]: f["inputs"] for f in result["findings"] if f.get("inputs")}
-    return {check: [UsedInput(**one) for one in inputs] for check, inputs in found.items()}
-
-
-def input_words(check: str, used: UsedInput) -> str:
-    """Return an input in words: `added mass 7 kg`."""
-    if used.name.startswith(CHANNELS):
-        return f"{used.name.removeprefix(CHANNELS)} {_source_words(channel_source(used.value))}"
-    declared = CHECKS[check].inputs.get(used.name) if check in CHECKS else None
-    if declared is None or isinstance(used.value, str):
-        return f"{used.name} = {_text(used.value)}"
-    U = f" ± {used.U:.10g}" if used.U is not None else ""
-    return f"{declared.label} {_text(used.value)}{U} {used.unit}".removesuffix(f" {DIMENSIONLESS}")
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_text, value))}]"
-    return value if isinstance(value, str) else f"{value:.10g}"
-
-
 def _reason(check: str, used: UsedInput) -> Reason:
     if used.name.startswith(CHANNELS):
-        how = _source_words(channel_source(used.value))
+        how = source_words(channel_source(used.value))
         return because(Cause.CHANNEL_SCALED, channel=used.name.removeprefix(CHANNELS), how=how)
     return because(Cause.INPUT_NOT_STATED, input=input_words(check, used), source=used.source, against=used.against)
-
-
-def _source_words(source: ChannelSource) -> str:
-    words = [f"is read from '{source.name}'"] if source.name else []
-    words += [f"is multiplied by {source.gain:.10g}"] if source.gain != 1.0 else []
-    words += [f"is taken in {source.unit}"] if source.unit else []
-    words += [f"is sampled every {source.sampling_time_s:.10g} s"] if source.sampling_time_s is not None else []
-    return " and ".join(words) or "is read as it is"
 
 
 def _entries(check: Check, section: UnitSection[Check], spec: Spec, stated: Statement) -> Iterator[UsedInput]:

@@ -11,18 +11,23 @@ is held in the same way. So is what an earlier attempt holds against its evidenc
 Only the disposition to use it as it is releases what was measured before.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from accept.base.documents.results import CONCESSION, UnitRecord
-from accept.judging.decisions import DecisionError, Signer, problem_here, sign_decision
+from accept.judging.decisions import (
+    DISPOSITION,
+    DecisionError,
+    Signer,
+    in_notes,
+    problem_here,
+    sign_decision,
+    signed_content,
+)
 from accept.judging.superseded import Approval, are_same, measured_values, superseded
 from accept.judging.voids import Void, voids
 from accept.store import Event, Store
 from accept.store.payloads import (
-    CHOICES,
-    MARK,
     AttemptStarted,
     AttemptVoided,
     CertificateSigned,
@@ -31,20 +36,12 @@ from accept.store.payloads import (
     StepNoted,
     UnitJudged,
     payload_of,
-    without_hashes,
 )
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
-DISPOSITION = "disposition"  # the kind of decision that is signed
 RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 Values = Mapping[str, float]  # by quantity
-
-
-def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the nonconformances among the notes of a unit folder, each with its step."""
-    marked = ((step, line) for step, lines in notes.items() for line in lines if line.startswith(MARK))
-    return [*dict.fromkeys(f"{step}: {line.removeprefix(MARK)}" for step, line in marked)]
 
 
 @dataclass(frozen=True)
@@ -216,20 +213,6 @@ def _conceded(decided: Sequence[NonconformanceDecided]) -> str:
     )
 
 
-def words_of(given: NonconformanceDecided) -> str:
-    """Return a disposition about nonconformances in words: the decision, who decided when, and about what."""
-    decision, signed = given.disposition, given.disposition.signed
-    kind, about = ("concession", "conceded") if decision.choice == CONCESSION else ("disposition", "about")
-    who = "nobody, without a signature" if signed is None else f"{signed.person} {signed.time[:10]}"
-    called, named = CHOICES.get(decision.choice, decision.choice), map(without_hashes, given.nonconformances)
-    return f"{kind} by {who}: {called}: {decision.reason}; {about}: {'; '.join(named)}"
-
-
-def stated_words(dispositions: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return the dispositions that a record states, in words."""
-    return [words_of(NonconformanceDecided.from_json(given)) for given in dispositions]
-
-
 def is_only_held(finding: Finding) -> bool:
     """Return whether a finding would pass without the nonconformance that holds the unit: earlier programs made every
     finding of such a unit conditional."""
@@ -248,21 +231,6 @@ def _same(one: Decision, other: Decision) -> bool:
 
 def _words_of(void: Void) -> str:
     return f"attempt {void.attempt}, with the same values, was declared void: {void.words}"
-
-
-def signed_content(serial: str, given: NonconformanceDecided) -> dict[str, Any]:
-    """Return the data of a disposition that quality assurance signs. Earlier programs signed the certificate that was
-    countersigned with it in place of what it states."""
-    about: dict[str, Any] = {"nonconformances": list(given.nonconformances)} if given.certificate is None else {}
-    about |= {"judged": given.judged} if given.judged else {}
-    return content_of(serial, given.disposition, given.certificate) | about
-
-
-def content_of(serial: str, decision: Decision, certificate: str | None) -> dict[str, Any]:
-    """Return the data of a disposition that is signed with a certificate. certificate: sha256 of the one that was
-    countersigned with it."""
-    about = {"certificate": certificate} if certificate is not None else {}
-    return {"serial": serial, "choice": decision.choice, "reason": decision.reason} | about
 
 
 def decide(

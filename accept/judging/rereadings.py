@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from accept.judging.copies import Samples, same_recording
-from accept.judging.inputs import CHANNELS, input_words
 from accept.judging.voids import voids
+from accept.pictures.labels import CHANNELS, input_words
 from accept.store import Event, Store
 from accept.store.payloads import UnitJudged
 from accept.units.samples import is_typed, section_read_by

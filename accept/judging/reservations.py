@@ -16,8 +16,9 @@ from typing import Any
 
 from accept.base.documents.results import UnitRecord
 from accept.judging.copies import Samples, copies_of
+from accept.judging.decisions import in_notes
 from accept.judging.folder_name import doubted_folder
-from accept.judging.nonconformance import RELEASING, in_notes, standing
+from accept.judging.nonconformance import RELEASING, standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import Rereading, rereadings
 from accept.judging.rules import reserved

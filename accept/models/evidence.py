@@ -2,13 +2,13 @@
 
 The modules that open models are loaded if a spec names a model; most specs name none."""
 
-import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from accept.base.documents.manifest import ModelFiles, hashes
 from checks.acceptance import CHECKS
 from checks.errors import ModelError
 from specs.files import read_bounded
@@ -20,9 +20,6 @@ from specs.strict import SpecError
 if TYPE_CHECKING:
     from accept.models.model_file import OpenedModel
     from checks.model import Model
-
-
-ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, then the files of matrices that it names
 
 
 @dataclass
@@ -89,14 +86,6 @@ def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
     """Return the files of every model that is not built in, by name. An unreadable model has none: its check gives no
     result."""
     return {name: _read(name) for name in names if name not in builtin_models()}
-
-
-def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
-    """Return name -> file name -> sha256, as a result stores it."""
-    return {
-        name: {file: hashlib.sha256(content).hexdigest() for file, content in files.items()}
-        for name, files in sorted(evidence.items())
-    }
 
 
 def _read(name: str) -> dict[str, bytes]:

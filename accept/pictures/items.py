@@ -1,24 +1,48 @@
 """One function for each kind of item in a panel."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.font_manager import FontProperties
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 from matplotlib.transforms import Bbox
 
 from accept.pictures.colours import INK, colour
 from accept.pictures.style import MAP
-from accept.pictures.ticks import set_degree_ticks, set_log_ticks
-from accept.pictures.words import pretty
+from accept.pictures.words import number, pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span, Text
 from checks.rounding import decimals_of
+
+
+def set_log_ticks(axis: Axis) -> None:
+    """Set ticks for the limits that the axis has now.
+
+    matplotlib's own labels are set as formulas, and its minor ticks are made though they are not shown: half of the
+    time of a drawing."""
+    low, high = sorted(axis.get_view_interval())
+    decades = math.log10(high / low)
+    if decades < 0.9:
+        axis.set_major_locator(MaxNLocator(5))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0,) if decades > 2.2 else (1.0, 2.0, 5.0), numticks=8))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axis.set_minor_locator(NullLocator())
+
+
+def set_degree_ticks(axis: Axis) -> None:
+    """Set ticks at quarters of a turn if the axis spans half a turn or more: a phase is read against -180, -90, 0."""
+    low, high = sorted(axis.get_view_interval())
+    axis.set_major_locator(MultipleLocator(90.0) if high - low >= 180.0 else AutoLocator())
+
 
 MAPS = (Heights, Image)  # items that need room for a colour bar
 _BAR_WIDTH_MM = 2.0
@@ -162,12 +186,10 @@ def _heights(axes: Axes, item: Heights, _: _Series) -> None:
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
     decimals = max(0, decimals_of(spread)) if np.isfinite(spread) and spread > 0 else 1
-    for number, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
+    for nth, (x, y, z) in enumerate(zip(item.x, item.y, item.z, strict=True), 1):
         side = 1 if y >= np.median(item.y) else -1
         pale = float(np.ravel(dots.norm(z))[0]) > 0.5
-        axes.annotate(
-            str(number), (x, y), ha="center", va="center", fontsize=5, color=INK if pale else "white", zorder=4
-        )
+        axes.annotate(str(nth), (x, y), ha="center", va="center", fontsize=5, color=INK if pale else "white", zorder=4)
         place: dict[str, Any] = {"xytext": (0, 9 * side), "textcoords": "offset points", "ha": "center", "va": "center"}
         axes.annotate(f"{z:.{decimals}f}", (x, y), fontsize=5.8, color=INK, zorder=4, **place)
     _colour_bar(axes, dots, item.label)

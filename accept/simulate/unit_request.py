@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from accept.base.spelling import SERIAL
 from accept.models.model_file import SIMULATED_MODEL
 from accept.simulate.converters import Converters
-from accept.units.folder_header import SERIAL
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.gap import EXPERIMENT_KINDS, ExperimentKind, effect_named, with_effects

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from accept.store.backup import back_up, restore
     from accept.store.chain import START, StoreHead
     from accept.store.errors import Overtaken, StoreError
-    from accept.store.event import Event, KeyHolder, NewEvent, shown_name
-    from accept.store.folding import TECHNICIAN, VOIDED, Signature, UnitState, after, fold
+    from accept.store.event import Event, NewEvent
+    from accept.store.folding import TECHNICIAN, Signature, UnitState, after, fold
     from accept.store.indexes import TABLE
     from accept.store.instrument_recall import touched
     from accept.store.opening import BENCH_KEY, DATABASE, open_store

@@ -6,19 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from accept.base.names import shown_name
 from accept.base.plain_text import as_utf8
 from accept.store.errors import StoreError
 
 GENESIS = "0" * 64  # stands for the event before the first
-
-
-class KeyHolder(str):
-    """The name on a key that its holder opened. An event under any other name is marked `typed`."""
-
-
-def shown_name(who: str, typed: bool) -> str:
-    """Return the name of a person as printed beside a decision."""
-    return f"{who} (typed)" if typed else str(who)
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,14 @@
 """The state of a unit at the bench, which is a fold over its events and nothing else."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 
 from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
+    VOIDED,
     AttemptVoided,
     CertificateSigned,
     CertificateWritten,
@@ -15,7 +18,6 @@ from accept.store.payloads import (
 )
 
 TECHNICIAN = "technician"  # the role of the first signature
-VOIDED = "voided"  # how an attempt ended that quality assurance declared void
 
 
 @dataclass(frozen=True)
@@ -92,10 +94,10 @@ class UnitState:
         return same and not self.voided
 
 
-def fold(events: Iterable[Event], state: UnitState | None = None) -> UnitState | None:
-    """Return the state of a unit after these of its events, from `state`; None before its first judgement. Raises
-    StoreError for a bad payload."""
-    for event in events:
+def fold(events: Iterable[Event], state: UnitState | None = None, before: float = math.inf) -> UnitState | None:
+    """Return the state of a unit after these of its events, from `state`; None before its first judgement. before:
+    number of an event; it and later ones are not counted. Raises StoreError for a bad payload."""
+    for event in takewhile(lambda e: e.seq < before, events):
         state = after(state, event, payload_of(event, UnitJudged, CertificateWritten, CertificateSigned, AttemptVoided))
     return state
 

@@ -224,6 +224,9 @@ class CopiesResolved(Payload, what="copies_resolved"):
     signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
 
 
+VOIDED = "voided"  # how an attempt ended that quality assurance declared void
+
+
 @dataclass(frozen=True)
 class AttemptVoided(Payload, what="attempt_voided"):
     """Quality assurance declared a judgement void: it counts in no statistic, and no certificate of it is valid."""

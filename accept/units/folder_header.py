@@ -1,13 +1,13 @@
 """Entries of `unit.toml` outside the checks' sections: text, sections of texts, days."""
 
 import math
-import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from datetime import date
 from typing import Any, TypeGuard, TypeVar, get_type_hints
 
 from accept.base.documents.results import UnitHeader
+from accept.base.spelling import serial_problem
 from accept.units.unit_entry import is_reserved
 from checks.acceptance import CHECKS
 from checks.declare import Measured
@@ -18,9 +18,6 @@ MOST_ENTRIES = 200  # of a section: the store is asked about every part
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
-# A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
-SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-_DEVICES = {"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(1, 10))}
 
 Data = Mapping[str, Any]
 Problems = list[str]
@@ -51,15 +48,6 @@ def _serial(data: Data, key: str, problems: Problems) -> str:
     if serial and (problem := serial_problem(serial)):
         problems.append(f"{key} = {serial!r}: {problem}")
     return serial
-
-
-def serial_problem(serial: str) -> str | None:
-    """Return why a text cannot be a serial, None if it can."""
-    if not SERIAL.fullmatch(serial):
-        return "expected 1 to 64 letters, digits, '.', '_' or '-', the first a letter or digit"
-    if serial.split(".")[0].upper() in _DEVICES or serial.endswith("."):
-        return "Windows keeps this name for itself, so no certificate can bear it"
-    return None
 
 
 def _kind(data: Data, key: str, problems: Problems) -> str:

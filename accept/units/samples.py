@@ -7,6 +7,7 @@ from decimal import Decimal
 
 import numpy as np
 
+from accept.base.documents.results import TYPED
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_folder import UnitFolder
@@ -18,7 +19,6 @@ from checks.signals import Sketch
 
 DRIVES = frozenset({"t", "Va", "V"})  # one excitation serves every unit: no evidence of a measurement
 FEW_NUMBERS = 16  # different numbers in a table, below which two honest ones may be equal
-TYPED = "typed values"  # stands for the input of a section that holds no record
 FEW_READINGS = 6  # different readings of two digits or more, below which those of two honest units may be equal
 
 Samples = Mapping[str, Mapping[str, str]]

@@ -10,13 +10,13 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from accept.base.documents.manifest import MODEL_FOLDER
 from checks.declare import Check, CsvTable, Input, Measured, Scalar, Series, Vector
 from checks.gap import ExperimentKind
 from specs.units import factor
 
 # What a certificate attaches beside the records; a record of such a name could not be attached and judged again.
 RESERVED = ("unit.toml", "results.json", "manifest.json", "spec.toml", "panels.json")
-MODEL_FOLDER = "spec-models"
 # A Windows path between double quotes: "data\flatness.csv" is data, a form feed, "latness.csv".
 _ESCAPED = str.maketrans({"\b": "/b", "\t": "/t", "\n": "/n", "\f": "/f", "\r": "/r"})
 LEAST_U = 1e-9  # of the value: below it is a slip of the exponent, or a guard band that was to be switched off

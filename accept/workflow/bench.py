@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from accept.base.operator_name import is_system_account
+from accept.base.names import is_system_account
 from accept.judging.folder_name import confirm, doubted_folder, doubted_serial, question
 from accept.store import Event, Store
 from accept.store.payloads import AttemptStarted, RunOpened

@@ -5,25 +5,31 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from accept.base.documents.results import UnitRecord
-from accept.certificate.certify import drawn, set_aside, sign_into
-from accept.certificate.contents.content import CertificateContent, content_of
-from accept.certificate.contents.disposition import parse_disposition, parse_signing_reason
-from accept.certificate.contents.provenance import Earlier, Provenance, amended
-from accept.certificate.contents.step import Step
-from accept.certificate.signature.signing import SigningRefused
-from accept.certificate.signature.timestamp import VARIABLE
+from accept.base.names import same_person
+from accept.certificate import (
+    TSA_VARIABLE,
+    Issuer,
+    ListsBeside,
+    Provenance,
+    SigningRefused,
+    Verification,
+    amended,
+    at_bench,
+    content_of,
+    ends_before,
+    parse_disposition,
+    parse_signing_reason,
+    ports,
+    read_certificate,
+    rejudge,
+    sign_into,
+    verify_certificate,
+)
 from accept.certificate.trust import authority, keys
+from accept.certificate.trust.authority import QA, TECHNICIAN
 from accept.certificate.trust.encrypted_key import LockedError
-from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
-from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import numbers_of, provenance
+from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation import FILE
-from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.rejudge import read_certificate, rejudge
-from accept.certificate.verify.revocation_check import ListsBeside
-from accept.certificate.verify.signatures import Signed
-from accept.certificate.verify.verification import Verification, verify
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
@@ -61,25 +67,17 @@ class Signing:
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
         number, past = session.attempt.number, list(session.store.events(session.serial))
-        before = fold(e for e in session.events if e.seq < session.begun)
         judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier = Earlier.of(fold(e for e in past if e.seq < judged.seq))
-        stated = provenance(
-            session.store, credential.person, session.spec, session.serial, before, session.store.signed_head(),
-            session.home, credential, numbers_of(past),
-            Provenance(
-                number, reason=UnitJudged.of(judged).reason, earlier=earlier, amends=amends, judged=judged.time,
-                signed_because=why,
-            ),
-        )  # fmt: skip
-        contents = content_of(result, session.spec, session.folder, credential.person, provenance=stated)
-        page = drawn(contents, session.home)
+        earlier, why_again = ends_before(fold(past, before=judged.seq)), UnitJudged.of(judged).reason
+        decided = Provenance(
+            number, reason=why_again, earlier=earlier, amends=amends, judged=judged.time, signed_because=why
+        )
         path = session.home / "certificates" / certificate_name(session.serial, number)
-        set_aside(path)
-        sign_into(
-            path, page, credential, session.store, session.serial, credential.person, result.spec,
-            number=stated.number, simulated=result.simulated, reason=why, judged=judged.seq,
+        issue = Issuer(session.store, session.home, credential.person, credential).draw(
+            path, session.spec, result, fold(session.events, before=session.begun), past, decided,
+            lambda stated: content_of(result, session.spec, session.folder, credential.person, provenance=stated),
         )  # fmt: skip
+        issue(judged.seq)
         return self._verified(path, credential)
 
     def countersign(self, passphrase: str, choice: str = "", reason: str = "") -> Verification:
@@ -146,7 +144,7 @@ class Signing:
         home, operator = self._session.home, self._session.operator
         several = role == TECHNICIAN and len(list(keys.person_files(home, role))) > 1
         credential = keys.unlock(home, role, passphrase, operator if several else None)
-        return keys.stamping(credential, os.environ.get(VARIABLE), home)
+        return keys.stamping(credential, os.environ.get(TSA_VARIABLE), home)
 
     def _passphrase_problem(self, role: str, passphrase: str) -> str:
         try:
@@ -239,11 +237,7 @@ _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it agai
 
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
     listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
-
-    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
-        return [*check_store(signed, contents, by, again), *listed.steps(contents, ())]
-
-    return verify(
-        document, [credential.ca], rejudge, records=session.folder, known=ask, revoked=listed.entries,
-        training=session.training,
+    return verify_certificate(
+        document, [credential.ca], ports(rejudge), records=session.folder, known=at_bench(listed),
+        revoked=listed.entries, training=session.training,
     )  # fmt: skip

@@ -31,7 +31,7 @@ class Constant:
     u_model: float = 0.0
 
 
-def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Values = NOTHING) -> dict[str, float]:
+def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex) -> dict[str, float]:
     """Return ga and gs by formulas (4.3) and (4.6) and the script of [STB] 4.2.3; the model supplies its responses with
     both constants equal to one.
 
@@ -39,7 +39,7 @@ def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex, changes: Va
     the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The published script takes sizes only and writes both
     signs by hand; here the sign is that of the response's real part beside the model's. Raises ModelError for an empty
     band."""
-    unit, gs_name = _unit_model(model, changes)
+    unit, gs_name = _unit_model(model)
     ga = _signed_size(f, de, unit, "de", STATIC_HZ, reference_Hz=0.0)
     both = _signed_size(f, Vs, unit, "Vs", GS_BAND_HZ, reference_Hz=SEED_GS_AT_HZ)
     return {"ga_N_per_V": ga, gs_name: both / ga}
@@ -69,7 +69,7 @@ def fit_constants(
     stated variance (Birge ratio), and u(ga) enters u(gs). Raises ModelError for an empty band."""
     f = frequencies(f)
     limits = {"ga": STATIC_HZ, "gs": GS_BAND_HZ} | dict(bands or {})
-    unit, gs_name = _unit_model(model, changes)
+    unit, gs_name = _unit_model(model.with_values(changes))
     channel = "de" if "de" in H else "da"
     ga, u_ga, n_ga = _real_gain(f, H[channel], variance[channel], unit, channel, limits["ga"])
     both, u_both, n_gs = _real_gain(f, H["Vs"], variance["Vs"], unit, "Vs", limits["gs"])
@@ -94,10 +94,10 @@ def _moved_by_parameters(unit: Model, f: Array, channel: str) -> Array:
     return np.asarray(share * np.array([unit.sds[name] for name in names]))
 
 
-def _unit_model(model: Model, changes: Values) -> tuple[Model, str]:
+def _unit_model(model: Model) -> tuple[Model, str]:
     """Return the model with ga = gs = 1, and the name of its sensor constant."""
     gs_name = "gs_V_per_N" if "constants.gs_V_per_N" in model.values else "gs_V_per_m"
-    return model.with_values({**changes, "constants.ga_N_per_V": 1.0, f"constants.{gs_name}": 1.0}), gs_name
+    return model.with_values({"constants.ga_N_per_V": 1.0, f"constants.{gs_name}": 1.0}), gs_name
 
 
 def _band(f: Array, band: tuple[float, float]) -> np.ndarray:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
 
+from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
-from checks.fitting.noise_pooling import pool_noise
 from checks.fitting.whitener import Whitener, whitener
 from checks.model.learned_bench import LearnedBench
 from checks.record import Record
@@ -23,6 +23,59 @@ from checks.signals.interpolation import Errors, errors_of_other_record, interpo
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
+NEIGHBOURS = 2  # windows on either side that share one estimate
+ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if it is the same noise
+
+
+def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
+    """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
+    averaged over neighbours.
+
+    frf: independent bins; input_power (F,): of the input about each bin, in any unit. The noise on the outputs is
+    averaged, because it is smooth; cov is that noise over the input power that determines H. A window with far more
+    noise than its neighbours (a line of the mains, a resonance too sharp for its polynomial) keeps its own, which is
+    not used for them."""
+    good = frf.usable
+    own, power = frf.nu[good], (_power(frf) * input_power)[good]
+    noise: Complex = frf.cov[good] * power[:, None, None]
+    alone = _is_outlier(np.einsum("fcc->fc", noise).real, own)
+    lend = np.where(alone, 0.0, own)
+    lent: Complex = noise * lend[:, None, None]
+    total, nu = _moving(lent), _moving(lend.astype(np.complex128)).real
+    keep = alone | (nu <= own)
+    mean: Complex = total / np.where(nu > 0.0, nu, 1.0)[:, None, None]
+    cov = np.asarray(np.where(keep[:, None, None], noise, mean) / power[:, None, None], dtype=np.complex128)
+    return cov, np.where(keep, own, nu)
+
+
+def _power(frf: Frf) -> Array:
+    """Return the input power (F,) that determines H: var is noise / power, coherence gives noise / input power."""
+    c = np.argmin(np.abs(frf.coherence - 0.5), axis=1)  # there neither 1 - coherence nor coherence is round-off
+    at = np.arange(frf.f.size)
+    coherence, var = frf.coherence[at, c], frf.var[at, c]
+    ratio = np.abs(frf.H[at, c]) ** 2 * (1.0 - coherence) / np.maximum(coherence, 1e-300)
+    valid = (ratio > 0.0) & (var > 0.0) & np.isfinite(var)
+    return np.where(valid, ratio / np.where(valid, var, 1.0), 1.0)
+
+
+def _is_outlier(noise: Array, nu: Array) -> NDArray[np.bool_]:
+    """Return whether the noise (F, C) of each window (F,) exceeds the local median in a channel by more than chance
+    allows."""
+    wide = 2 * NEIGHBOURS + 1
+    padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
+    median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)
+    limit = stats.chi2.isf(ALONE, 2.0 * nu) / stats.chi2.median(2.0 * nu)
+    return np.asarray((noise > limit[:, None] * median).any(axis=1))
+
+
+def _moving(x: Complex) -> Complex:
+    """Return the sums over the neighbours on both sides along the first axis; fewer at the ends."""
+    padded = np.pad(x, ((NEIGHBOURS, NEIGHBOURS), *((0, 0),) * (x.ndim - 1)))
+    sums: Complex = np.sum([padded[k : k + len(x)] for k in range(2 * NEIGHBOURS + 1)], axis=0)
+    return sums
+
+
+DRIVE = "Va"
 CHANNELS = ("Vs", "de", "da")
 F_LO, F_HI = 10.0, 2000.0  # [Hz] where the excitations of [STB] 3.1.1 drive; the model holds to 2 kHz with a margin
 STEP = 2 * HALF + 1  # windows that share no bin
@@ -139,7 +192,6 @@ def dataset_from_records(
     *,
     tolerance: float = 0.0,
     channels: Sequence[str] = CHANNELS,
-    input: str = "Va",
     f_lo: float = F_LO,
     f_hi: float = F_HI,
     name: str | None = None,
@@ -149,15 +201,15 @@ def dataset_from_records(
 
     Raises RecordError for a missing channel or merge frequency, and a band without drive."""
     called = name or low.name
-    errors = interpolation_errors(low, drive=input) if "de" in channels else ()
+    errors = interpolation_errors(low) if "de" in channels else ()
     low = remove_errors(low, errors)
-    high = high and remove_errors(high, errors_of_other_record(errors, high, drive=input))
+    high = high and remove_errors(high, errors_of_other_record(errors, high))
     if high is None:
-        return replace(_of_record(low, tolerance, channels, input, f_lo, f_hi, called), taken_out=errors)
+        return replace(_of_record(low, tolerance, channels, f_lo, f_hi, called), taken_out=errors)
     if merge_Hz is None or not f_lo < merge_Hz < f_hi:
         raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
-    below = _of_record(low, tolerance, channels, input, f_lo, merge_Hz, called)
-    above = _of_record(high, tolerance, channels, input, merge_Hz, f_hi, called)
+    below = _of_record(low, tolerance, channels, f_lo, merge_Hz, called)
+    above = _of_record(high, tolerance, channels, merge_Hz, f_hi, called)
     return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
 
 
@@ -184,20 +236,20 @@ def simulated(
 
 
 def _of_record(
-    record: Record, tolerance: float, channels: Sequence[str], input: str, f_lo: float, f_hi: float, name: str
+    record: Record, tolerance: float, channels: Sequence[str], f_lo: float, f_hi: float, name: str
 ) -> Dataset:
     try:
-        frf = lpm_record(record, input, channels, f_lo, f_hi, step=STEP)
+        frf = lpm_record(record, DRIVE, channels, f_lo, f_hi, step=STEP)
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
     data = dataset_of(frf, tolerance, name)
-    cov, nu = pool_noise(frf, _input_power(record, input, frf.f))
+    cov, nu = pool_noise(frf, _input_power(record, frf.f))
     return replace(data, cov=cov, nu=nu)
 
 
-def _input_power(record: Record, input: str, f: Array) -> Array:
-    """Return the power (F,) of the input over the window about each bin."""
-    u = record[input]
+def _input_power(record: Record, f: Array) -> Array:
+    """Return the power (F,) of the drive over the window about each bin."""
+    u = record[DRIVE]
     power = np.abs(rfft(u - np.mean(u))) ** 2
     window = np.convolve(power, np.full(STEP, 1.0 / STEP), mode="same")
     return np.asarray(window[np.rint(f * u.size / record.fs).astype(int)])

@@ -22,6 +22,7 @@ WHOLE = 5.0  # periods within the motion, at least: a curve of few bends is the 
 STANDS_OUT = 10.0  # times the median over all periods: chance makes it once in 1e30 records
 LINES = 3  # the period and two of its harmonics
 CELL_M = 10e-9  # of position, in which the residual is added up
+ENCODER, DRIVE = "de", "Va"  # the channels of the reading and of its cause
 LONGEST_M = 10e-3  # of a motion: no strut goes as far, so such a record is not used
 FINE = 8  # places within the resolution over 1 / period
 ROUNDS = 4  # each weighs by the residual of the last one
@@ -54,12 +55,13 @@ class _Residual:
     E: Complex
 
     @classmethod
-    def of(cls, record: Record, channel: str, drive: str) -> "_Residual | None":
-        """Return the unexplained part of a channel; None if it is absent, too short, or moves as no strut does."""
-        if channel not in record.channels or drive not in record.channels:
+    def of(cls, record: Record) -> "_Residual | None":
+        """Return the unexplained part of the reading; None if it is absent, too short, or moves as no strut does."""
+        if ENCODER not in record.channels or DRIVE not in record.channels:
             return None
-        part = DrivePart.of(record[drive]) if np.ptp(record[channel]) < LONGEST_M else None
-        return None if part is None else cls(record[channel][: part.n], part, part.left(record[channel]))
+        x = record[ENCODER]
+        part = DrivePart.of(record[DRIVE]) if np.ptp(x) < LONGEST_M else None
+        return None if part is None else cls(x[: part.n], part, part.left(x))
 
     def period(self, known: Errors) -> float | None:
         """Return the period of the strongest line over position that is not yet known, None if no line stands out."""
@@ -118,10 +120,10 @@ def _parabola_offset(size: Array, k: int) -> float:
     return float(0.5 * (a - c) / (a - 2.0 * b + c))
 
 
-def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va") -> Errors:
+def interpolation_errors(record: Record) -> Errors:
     """Return the periodic errors of an encoder, the largest first; none if nothing repeats over position or the record
     is too short."""
-    left = _Residual.of(record, channel, drive)
+    left = _Residual.of(record)
     found: Errors = ()
     while left is not None and len(found) < LINES:
         period = left.period(found)
@@ -131,10 +133,10 @@ def interpolation_errors(record: Record, channel: str = "de", drive: str = "Va")
     return tuple(sorted(found, key=lambda e: -e.amplitude_m))
 
 
-def errors_of_other_record(errors: Errors, record: Record, channel: str = "de", drive: str = "Va") -> Errors:
+def errors_of_other_record(errors: Errors, record: Record) -> Errors:
     """Return the errors of the same encoder in another record: unchanged, unless errors fitted there explain far more
     (the counter was set to zero in between). A motion of few periods cannot show this."""
-    left = _Residual.of(record, channel, drive) if errors else None
+    left = _Residual.of(record) if errors else None
     if left is None or np.ptp(left.x) < WHOLE * max(e.period_m for e in errors):
         return errors
     own = left.fitted(errors)
@@ -149,12 +151,12 @@ def error_notes(errors: Errors) -> tuple[str, ...]:
     return (f"the encoder's interpolation has an error of {' and '.join(each)}; it was taken out of de",)
 
 
-def remove_errors(record: Record, errors: Errors, channel: str = "de") -> Record:
+def remove_errors(record: Record, errors: Errors) -> Record:
     """Return the record as an encoder without them would have read it."""
     if not errors:
         return record
-    x = record[channel]
-    return replace(record, channels={**record.channels, channel: x - _error(x, errors)})
+    x = record[ENCODER]
+    return replace(record, channels={**record.channels, ENCODER: x - _error(x, errors)})
 
 
 def _error(x: Array, errors: Errors) -> Array:

@@ -10,43 +10,25 @@ A driver is a file of this folder with a `DRIVER`; other packages bring theirs a
 its names, how it opens, and the `Trial`s of its commissioning. `find_instruments` lists the
 instruments that are connected. A failed reading raises an `InstrumentError` of `hw.errors`, which carries no value."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.errors import SettingsError
-from hw.instruments.driver import Ask, Driver, Instrument, Sampling, Trial, link_of, serial_driver, settings_of
-from hw.instruments.find import find_instruments
-from hw.instruments.heidenhain import Heidenhain
-from hw.instruments.lcr800 import Lcr800
-from hw.instruments.manual import Manual
-from hw.instruments.millimar_m1240 import MillimarM1240
-from hw.instruments.millimar_optors import MillimarOptors
-from hw.instruments.reading import Identity, Reading, scaled
-from hw.link import Traffic
-from specs import plugins
+from hw.instruments.driver import Ask, Driver, Instrument
+from specs import door, plugins
 from specs.bench import OFFLINE, InstrumentEntry
 
-__all__ = [
-    "DRIVERS",
-    "Driver",
-    "Heidenhain",
-    "Identity",
-    "Instrument",
-    "Lcr800",
-    "Manual",
-    "MillimarM1240",
-    "MillimarOptors",
-    "Reading",
-    "Sampling",
-    "Traffic",
-    "Trial",
-    "find_drivers",
-    "find_instruments",
-    "link_of",
-    "open_instrument",
-    "scaled",
-    "serial_driver",
-    "settings_of",
-]
+if TYPE_CHECKING:
+    from hw.instruments.driver import Driver, Instrument, Sampling, Trial, link_of, serial_driver, settings_of
+    from hw.instruments.find import find_instruments
+    from hw.instruments.heidenhain import Heidenhain
+    from hw.instruments.lcr800 import Lcr800
+    from hw.instruments.manual import Manual
+    from hw.instruments.millimar_m1240 import MillimarM1240
+    from hw.instruments.millimar_optors import MillimarOptors
+    from hw.instruments.reading import Identity, Reading, scaled
+    from hw.link import Traffic
+else:
+    __getattr__ = door(__name__)
 
 DRIVERS: dict[str, Driver] = {}  # by each of its names in a bench file
 

@@ -6,24 +6,18 @@
 A back end is a file of this folder with a `RECORDER`; other packages bring theirs as `accept.recorders`: a
 `RecorderDriver` that opens a `Converter`. A device that fails raises an `InstrumentError`."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.errors import SettingsError
-from hw.instruments.driver import settings_of
-from hw.recorders.recorder import Converter, Heard, Recorder, RecorderDriver
-from specs import plugins
+from hw.recorders.recorder import Recorder, RecorderDriver
+from specs import door, plugins
 from specs.bench import RecorderEntry
 
-__all__ = [
-    "RECORDERS",
-    "Converter",
-    "Heard",
-    "Recorder",
-    "RecorderDriver",
-    "find_recorders",
-    "open_recorder",
-    "settings_of",
-]
+if TYPE_CHECKING:
+    from hw.instruments.driver import settings_of
+    from hw.recorders.recorder import Converter, Heard, Recorder, RecorderDriver
+else:
+    __getattr__ = door(__name__)
 
 RECORDERS: dict[str, RecorderDriver] = {}  # by each of its names in a bench file
 

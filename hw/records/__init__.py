@@ -14,41 +14,19 @@
 Every statement of a file about itself (start, step, unit, scale, kind of function) is used, or the file is refused: the
 `RecordError` states the value found and the value expected."""
 
-from hw.records.contents.variable import Remarked
-from hw.records.limits import DEFAULT_LIMITS, ReadLimits
-from hw.records.reader import declared_samples, read, record_by_input, record_of
-from hw.records.responses import Content, ResponseFile, content_of, read_response_file
-from hw.records.source import Source, load_bytes
-from hw.records.tables import list_channels, read_table, table_of
-from hw.records.text.file import read_text
-from hw.records.uff.write import frf_bytes
-from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat, write_csv, write_mat
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "DEFAULT_LIMITS",
-    "Content",
-    "ReadLimits",
-    "Remarked",
-    "ResponseFile",
-    "Source",
-    "content_of",
-    "csv_bytes",
-    "declared_samples",
-    "frd_mat",
-    "frf_bytes",
-    "list_channels",
-    "load_bytes",
-    "mat_bytes",
-    "own_record",
-    "read",
-    "read_response_file",
-    "read_table",
-    "read_text",
-    "record_by_input",
-    "record_of",
-    "response_csv",
-    "ss_mat",
-    "table_of",
-    "write_csv",
-    "write_mat",
-]
+from specs import door
+
+if TYPE_CHECKING:
+    from hw.records.contents.variable import Remarked
+    from hw.records.limits import DEFAULT_LIMITS, ReadLimits
+    from hw.records.reader import declared_samples, read, record_by_input, record_of
+    from hw.records.responses import Content, ResponseFile, content_of, read_response_file
+    from hw.records.source import Source, load_bytes
+    from hw.records.tables import list_channels, read_table, table_of
+    from hw.records.text.file import read_text
+    from hw.records.uff.write import frf_bytes
+    from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat
+else:
+    __getattr__ = door(__name__)

@@ -5,25 +5,17 @@
 
 The stage is what a technician has set up: where the probe stands, which leads are connected, at which voltage."""
 
-from hw.simulated.bench import SimulatedBench
-from hw.simulated.faults import FaultKind, LineFault
-from hw.simulated.heidenhain import HeidenhainDevice
-from hw.simulated.lcr800 import Lcr800Device
-from hw.simulated.millimar import OptorsDevice
-from hw.simulated.millimar_m1240 import M1240Device
-from hw.simulated.server import Server
-from hw.simulated.world import BenchSetup, Stage, StageFile
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "BenchSetup",
-    "FaultKind",
-    "HeidenhainDevice",
-    "Lcr800Device",
-    "LineFault",
-    "M1240Device",
-    "OptorsDevice",
-    "Server",
-    "SimulatedBench",
-    "Stage",
-    "StageFile",
-]
+from specs import door
+
+if TYPE_CHECKING:
+    from hw.simulated.bench import SimulatedBench
+    from hw.simulated.heidenhain import HeidenhainDevice
+    from hw.simulated.lcr800 import Lcr800Device
+    from hw.simulated.millimar import OptorsDevice
+    from hw.simulated.millimar_m1240 import M1240Device
+    from hw.simulated.server import FaultKind, LineFault, Server
+    from hw.simulated.world import BenchSetup, Stage, StageFile
+else:
+    __getattr__ = door(__name__)

@@ -12,12 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accept.models.model_file import open_model
+from accept.gap.analyse_unit import GapAnalysis
+from accept.gap.unit_responses import Responses
+from accept.models.model_file import open_model, open_model_file
 from accept.simulate.hammer_records import FS, ShellMode, hammer_record
+from accept.store import open_store
 from accept.store.payloads import UnitRefused
 from checks.declare import Measured
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
+from checks.gap import Inputs, run
 from checks.gap.structures import LinearModel
 from checks.model import Model, time_simulation
 from checks.record import Record
@@ -28,6 +32,7 @@ from specs.spec import load
 ROOT = Path(__file__).parents[2]
 MOST_AT_A_DOOR, MOST_IN_ALL = 25, 177
 MOST_OF = {"accept.store": 29}  # 25 are asked for
+WITHOUT_A_PAGE = ("hw.instruments", "hw.recorders", "hw.records", "hw.simulated")  # theirs need a bench
 
 
 def simulated_records(model: Model, channels: tuple[str, ...], seed: int, bins: int = 60) -> Dataset:
@@ -101,7 +106,25 @@ def for_store() -> dict[str, Any]:
     return {"serial": "A-1", "payload": UnitRefused("units/A-1", "unit.toml is missing")}
 
 
+def for_gap_of_units() -> dict[str, Any]:
+    """The records of a unit are read by the tests of the gap itself: here they are simulated."""
+    given = for_gap()
+    measured = Responses("A-1", "apa", given["first"], given["second"], 350.0)
+    inputs = Inputs(model=given["model"], A=measured.first, B=measured.second, fs=10_000.0)
+    done = GapAnalysis(run(inputs, lambda _: None), measured, open_model_file("apa-2dof"), inputs)
+    return {"unit": "A-1", "analyse": lambda *_, **__: done, "responses": lambda _: measured}
+
+
+def for_fleet() -> dict[str, Any]:
+    given = open_model_file("apa-2dof")
+    pairs = ([simulated_records(given.model, given.model.channels, seed) for seed in (i, i + 9)] for i in range(3))
+    measured = [Responses(f"U-{i}", "apa", *pair, 350.0) for i, pair in enumerate(pairs)]
+    return {"store": open_store("sqlite://"), "given": given, "measured": measured, "path": Path("batch.toml")}
+
+
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "accept.fleet": for_fleet,
+    "accept.gap": for_gap_of_units,
     "accept.store": for_store,
     "checks.acceptance": for_acceptance,
     "checks.consistency": for_consistency,
@@ -122,7 +145,7 @@ def names_of(room: str) -> set[str]:
     return {name for name in defined | shown(room).keys() if not name.startswith("_")}
 
 
-@pytest.mark.parametrize("room", PAGES)
+@pytest.mark.parametrize("room", [*PAGES, *WITHOUT_A_PAGE])
 def test_a_door_shows_few_names_and_each_is_there(room: str) -> None:
     names = names_of(room)
     assert len(names) <= MOST_OF.get(room, MOST_AT_A_DOOR)
@@ -134,8 +157,9 @@ def test_a_door_shows_few_names_and_each_is_there(room: str) -> None:
 
 
 @pytest.mark.parametrize("room", PAGES)
-def test_the_page_of_a_door_runs(room: str) -> None:
+def test_the_page_of_a_door_runs(room: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The indented lines of its docstring, with all names of the door."""
+    monkeypatch.chdir(tmp_path)
     page = str(import_module(room).__doc__).partition("\n\n")[2]
     code = "\n".join(line for line in page.splitlines() if line.startswith("    ") or not line)
     assert code.strip()

@@ -72,7 +72,7 @@ def test_no_function_that_windows_lacks():
 
 def test_posix_modules_are_imported_only_where_their_absence_is_expected():
     expected = {SIMULATED} | {
-        Path(path) for path in ("hw/serial_port.py", "accept/base/worker_process.py", "accept/base/operator_name.py")
+        Path(path) for path in ("hw/serial_port.py", "accept/base/worker_process.py", "accept/base/names.py")
     }
     found = set()
     for path, node in nodes():

@@ -1,10 +1,14 @@
 """manifest.json inside a certificate: what is attached, who and which program judged, and where the bench stood."""
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from accept.base.documents.document import Document
+
+MODEL_FOLDER = "spec-models"  # of the attached model files; no file of a unit has its name
+ModelFiles = Mapping[str, bytes]  # of a model that is a file: its TOML first, then the files of matrices that it names
 
 
 @dataclass(frozen=True)
@@ -53,3 +57,11 @@ class Manifest(Document):
     provenance: Annotated[Mapping[str, Any], "attempt, what it replaces, approval, head of the store, bench"] = field(
         default_factory=dict
     )
+
+
+def hashes(evidence: Mapping[str, ModelFiles]) -> dict[str, dict[str, str]]:
+    """Return name -> file name -> sha256, as a result stores it."""
+    return {
+        name: {file: hashlib.sha256(content).hexdigest() for file, content in files.items()}
+        for name, files in sorted(evidence.items())
+    }

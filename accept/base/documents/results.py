@@ -15,6 +15,7 @@ from checks.verdict import Finding, UnitVerdict
 _filled = only_if(bool)
 
 ALIKE, CONFIRMED, NAME = "alike", "confirmed_by", "name"  # keys of `folder` of a record
+TYPED = "typed values"  # stands among `samples` for the input of a section that holds no record
 CONCESSION = "use-as-is"  # the disposition by which a unit passes as it is
 SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
 

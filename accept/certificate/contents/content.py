@@ -7,24 +7,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from accept.base import version
+from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
-from accept.base.documents.manifest import AttachedSpec, InputFile, JudgingProgram, Manifest
+from accept.base.documents.manifest import (
+    MODEL_FOLDER,
+    AttachedSpec,
+    InputFile,
+    JudgingProgram,
+    Manifest,
+    ModelFiles,
+)
 from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.provenance import Provenance
-from accept.models.evidence import ModelFiles, evidence_of, hashes
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
-from accept.units.unit_entry import MODEL_FOLDER
-from accept.units.unit_folder import UNIT_FILE
 from checks.picture import Panel
 from specs.errors import AcceptError
-from specs.files import read_bounded
-from specs.spec import Spec
 from specs.strict import toml_of
 
 FORMAT = 2
@@ -32,7 +34,6 @@ BEFORE = 1  # states neither the sizes of its inputs, nor its attempt, nor the h
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
-_NOTHING: Mapping[str, bytes] = {}
 STATEMENT = (
     "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
     "there; values are compared unrounded and shown to two digits of U. P(false) is the probability that the true "
@@ -111,6 +112,11 @@ class CertificateContent:
         return str(self.result["serial"])
 
     @property
+    def simulated(self) -> bool:
+        """Whether no instrument measured the unit; then every page says so."""
+        return bool(self.result.get("simulated"))
+
+    @property
     def spec_sha256(self) -> str:
         return _sha256(self.spec_text.encode())
 
@@ -158,32 +164,6 @@ class CertificateContent:
             for nth, (_, model) in enumerate(sorted(self.models.items()))
             for file, content in model.items()
         }
-
-
-def content_of(
-    result: UnitRecord,
-    spec: Spec,
-    folder: Path,
-    operator: str,
-    size_limit: int = SIZE_LIMIT,
-    held: Mapping[str, bytes] = _NOTHING,
-    provenance: Provenance | Mapping[str, Any] | None = None,
-) -> CertificateContent:
-    """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
-    `size_limit` bytes, small ones first.
-
-    held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged.
-    """
-    files, sizes = _read(folder, result.inputs, size_limit, held)
-    models = evidence_of(result.models)
-    stated = provenance.to_json() if isinstance(provenance, Provenance) else provenance or {}
-    if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
-        raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
-    return CertificateContent(
-        result=result.to_json(), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text, operator=operator,
-        instruments=spec.instruments, panels=result.panels, files=files, inputs=dict(sorted(result.inputs.items())),
-        sizes=dict(sorted(sizes.items())), models=models, provenance=stated,
-    )  # fmt: skip
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
@@ -263,32 +243,23 @@ def canonical(data: Mapping[str, Any]) -> bytes:
     return _json(data, 1)
 
 
+def hashes_of(contents: CertificateContent) -> dict[str, str]:
+    """Return the hashes of result and spec, as the provenance states them."""
+    return {"record_sha256": contents.record_sha256, "spec_sha256": contents.spec_sha256}
+
+
+def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:
+    """Return the bytes that a bench signs: the serial and all that is stated but for the signature itself."""
+    rest = {key: value for key, value in stated.items() if key != "signature"}
+    return canonical({"serial": serial, "provenance": rest})
+
+
 def _json(data: Any, indent: int | None) -> bytes:
     try:
         text = json.dumps(data, sort_keys=indent is not None, indent=indent, ensure_ascii=False, allow_nan=False)
         return text.encode("utf-8") + b"\n"
     except ValueError as e:
         raise ContentError(f"a certificate holds no number or letter that JSON does not have: {e}") from e
-
-
-def _read(
-    folder: Path, inputs: Mapping[str, str], size_limit: int, held: Mapping[str, bytes]
-) -> tuple[dict[str, bytes], dict[str, int]]:
-    files: dict[str, bytes] = {}
-    left = size_limit
-    try:
-        wanted = [name for name in inputs if name not in RESERVED]
-        sizes = {name: len(held[name]) if name in held else (folder / name).stat().st_size for name in wanted}
-        for name in sorted(sizes, key=lambda n: (n != UNIT_FILE, sizes[n], n)):
-            if name == UNIT_FILE or sizes[name] <= left:
-                files[name] = held[name] if name in held else read_bounded(folder / name, max(sizes[name], 1))
-                left -= len(files[name])
-    except OSError as e:
-        raise ContentError(f"{e.filename}: cannot be attached ({e.strerror})") from e
-    changed = [name for name, content in files.items() if _sha256(content) != inputs[name]]
-    if changed:
-        raise ContentError(f"{folder / changed[0]}: changed since it was judged")
-    return files, sizes
 
 
 def _sha256(content: bytes) -> str:

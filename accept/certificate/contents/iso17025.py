@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from accept.certificate.contents.laboratory import FILE, Laboratory, method_of
-from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from accept.base.atomic_files import UNIT_FILE
+from accept.certificate.contents.laboratory import LABORATORY_FILE, Laboratory, method_of
+from accept.units.unit_folder import UnitFolder
 from specs.spec import Spec
 
 OF_LABORATORY = {  # clause, what, key of laboratory.toml
@@ -37,20 +38,20 @@ class Missing:
         return f"{self.clause}: {self.what} is not stated ({self.where})"
 
 
-def missing(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None = None) -> list[Missing]:
+def missing_statements(laboratory: Laboratory | None, spec: Spec, unit: UnitFolder | None = None) -> list[Missing]:
     """Return the statements that the certificates of a spec would lack, by clause. unit: a folder whose own statements
     are counted; without it, only what its customer could state instead of the laboratory is."""
     found = [
-        Missing(clause, what, f"{FILE}, {key}")
+        Missing(clause, what, f"{LABORATORY_FILE}, {key}")
         for key, (clause, what) in OF_LABORATORY.items()
         if laboratory is None or getattr(laboratory, key) is None
     ]
     if (laboratory is None or laboratory.customer is None) and not (unit and "customer" in unit.header.origin):
-        where = f"{FILE}, customer, or {UNIT_FILE}, [origin] customer"
+        where = f"{LABORATORY_FILE}, customer, or {UNIT_FILE}, [origin] customer"
         found.append(Missing("7.8.2.1 e", "name of the customer", where))
     without = [check for check in spec.checks if laboratory is None or method_of(laboratory, check) is None]
     if without:
-        found.append(Missing("7.8.2.1 f", f"method of {', '.join(without)}", f"{FILE}, [methods]"))
+        found.append(Missing("7.8.2.1 f", f"method of {', '.join(without)}", f"{LABORATORY_FILE}, [methods]"))
     return sorted([*found, *(_of_unit(unit, spec) if unit else ())], key=lambda one: one.clause)
 
 

@@ -17,7 +17,7 @@ from accept.base.documents.document import Document, only_if
 from checks.acceptance import CHECKS
 from specs.strict import Strict, Words, file_bytes, parse_as
 
-FILE = "laboratory.toml"
+LABORATORY_FILE = "laboratory.toml"
 OTHERS = "others"  # method of the checks that have none of their own
 
 
@@ -87,7 +87,7 @@ class StatedLaboratory(Document):
 
 def laboratory_of(home: Path) -> Laboratory | None:
     """Return the content of a bench's `laboratory.toml`, None without that file. Raises SpecError."""
-    path = home / FILE
+    path = home / LABORATORY_FILE
     if not path.exists():
         return None
     return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))

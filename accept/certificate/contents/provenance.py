@@ -3,16 +3,14 @@ checking, what a store must have, and its row on the page. One that a certificat
 
 import hashlib
 import re
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import datetime
-from typing import Annotated, Any, Self, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_type_hints
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 
 from accept.base.documents.document import Document, Number, only_if
-from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.laboratory import LaboratoryFile, StatedLaboratory, statement_of
 from accept.certificate.contents.statement import (
     DERIVED,
@@ -22,8 +20,7 @@ from accept.certificate.contents.statement import (
     SIGNED_AND_LOOKED_UP,
     Statement,
 )
-from accept.store import VOIDED, Event, UnitState
-from accept.store.payloads import BenchStated, CertificateSigned
+from accept.store.payloads import VOIDED, BenchStated
 from checks.verdict import UnitVerdict
 
 AT_THE_BENCH = "its key lies at this bench"
@@ -69,16 +66,6 @@ class Replaced(Part):
         if bool(self.earlier_attempt) != bool(self.earlier_certificate):
             raise ValueError("expected both earlier_attempt and earlier_certificate, or neither")
 
-    @classmethod
-    def of(cls, before: UnitState | None) -> Self | None:
-        """Return what the next judgement of a unit replaces; None for a first one."""
-        if before is None:
-            return None
-        certificate = before.certificate.sha256 if before.certificate else None
-        earlier = before.handed_out if certificate is None else None
-        more = (earlier.attempt, earlier.sha256) if earlier is not None else ()
-        return cls(before.verdict, before.time, certificate, *more)
-
 
 @dataclass(frozen=True)
 class Stopped(Part):
@@ -99,18 +86,6 @@ class Earlier(Part):
     def __post_init__(self) -> None:
         if (self.not_accepted is None) is bool({*self.verdicts} - {UnitVerdict.ACCEPTED, VOIDED}):
             raise ValueError("not_accepted does not agree with its verdicts")
-
-    @classmethod
-    def of(cls, before: UnitState | None) -> Self | None:
-        """Return the ends of the attempts before the next one, void ones as such; None before the first."""
-        if before is None:
-            return None
-        stopped = [
-            Stopped(number, verdict, time)
-            for number, (_, verdict, time) in enumerate(before.ended, 1)
-            if verdict not in (UnitVerdict.ACCEPTED, VOIDED)
-        ]
-        return cls(dict(Counter(verdict for _, verdict, _ in before.ended)), stopped[-1] if stopped else None)
 
 
 @dataclass(frozen=True)
@@ -133,16 +108,18 @@ class Head(Part):
 
 @dataclass(frozen=True)
 class History:
-    """The store's record of a certified judgement. entry: the result; before: the unit's state before it; replaced:
-    states that it may replace, in the workflow also that before its attempt; numbers: of its attempt. bench: one of the
-    bench's statements of itself until the signature; numbered: numbers by its scheme then, "" without one."""
+    """What a certified judgement is to state by its store. judged: its time; numbers: of its attempt; replaced: the
+    judgements that it may replace with their values, in the workflow also the one before its attempt. checks: of its
+    spec. bench: one of the bench's statements of itself until the signature; numbered: numbers by its scheme then, ""
+    without one."""
 
-    judged: Event
-    signature: CertificateSigned
-    entry: UnitRecord
-    before: UnitState | None
-    replaced: Sequence[UnitState | None]
+    judged: str
+    reason: str | None
+    signed_because: str
     numbers: Collection[int]
+    replaced: Sequence[tuple[Replaced | None, Mapping[str, ValueBefore] | None]]
+    earlier: Earlier | None
+    amends: str
     checks: Collection[str]
     bench: BenchStated | None = None
     numbered: Collection[str] = ()
@@ -164,28 +141,27 @@ class Provenance(Document):
         stored=lambda p, known: p.attempt in known.numbers)] = 0
     replaces: Annotated[Replaced | None, Statement(
         LOOKED_UP, "judgement and certificate before, also in a list; signed later than that", "Attempt", due=True,
-        called="replaced judgement", stored=lambda p, known: p.replaces in map(Replaced.of, known.replaced))] = None
+        called="replaced judgement",
+        stored=lambda p, known: p.replaces in [replaced for replaced, _ in known.replaced])] = None
     earlier: Annotated[Earlier | None, _GIVEN, only_if(), Statement(
         LOOKED_UP, "how its judgements ended; in a list, how many they are and when", "Attempt",
         due=lambda p, own: own and p.replaces is not None, called="end of the attempts before", later=True,
-        stored=lambda p, known: p.earlier == Earlier.of(known.before))] = None
+        stored=lambda p, known: p.earlier == known.earlier)] = None
     amends: Annotated[_Text, _filled, Statement(
         LOOKED_UP, "number and result of the certificate before", "Amended", called="amended certificate", later=True,
-        stored=lambda p, known: p.amends == amended(known.judged.subject, known.before, known.entry))] = ""
+        stored=lambda p, known: p.amends == known.amends)] = ""
     judged: Annotated[_Time, _filled, Statement(
         LOOKED_UP, "time of the judgement, also in a list", "Attempt", called="time of the judgement",
-        stored=lambda p, known: p.judged in ("", known.judged.time))] = ""
+        stored=lambda p, known: p.judged in ("", known.judged))] = ""
     before: Annotated[Mapping[str, ValueBefore] | None, _GIVEN, only_if(), Statement(
         LOOKED_UP, "values of the judgement that is replaced, in the store", "Changed",
-        called="values before", later=True,
-        stored=lambda p, known: (p.replaces, p.before) in [(Replaced.of(b), values_before(b)) for b in known.replaced],
-    )] = None
+        called="values before", later=True, stored=lambda p, known: (p.replaces, p.before) in known.replaced)] = None
     reason: Annotated[str | None, _GIVEN, only_if(), Statement(
         SIGNED_AND_LOOKED_UP, "the bench's key; the stored judgement", "Attempt", called="reason",
-        stored=lambda p, known: p.reason == known.judged.data.get("reason"))] = None
+        stored=lambda p, known: p.reason == known.reason)] = None
     signed_because: Annotated[_Text, _filled, Statement(
         SIGNED_AND_LOOKED_UP, "the bench's key; the stored signature", "Signed", called="reason of signing",
-        stored=lambda p, known: p.signed_because == known.signature.reason)] = ""
+        stored=lambda p, known: p.signed_because == known.signed_because)] = ""
     laboratory: Annotated[StatedLaboratory | None, _GIVEN, only_if(), Statement(
         SIGNED_AND_LOOKED_UP, "the bench's key; laboratory.toml as the store has it", "Laboratory",
         stored=lambda p, known: p.laboratory == known.laboratory)] = None
@@ -237,32 +213,12 @@ def differences(stated: Provenance, known: History, own: bool = True) -> list[st
     return [each.called or each.field for each in known_then if each.stored and not each.stored(stated, known)]
 
 
+def needs_reason(verdict: str, *replaced: str | None) -> bool:
+    """Return whether a certificate with another result is made with a reason only: one of an accepted unit in place of
+    one of an accepted unit. A change of the verdict does not wait for words."""
+    return verdict == UnitVerdict.ACCEPTED and UnitVerdict.ACCEPTED in replaced
+
+
 def digest_of(listed: str) -> str:
     """Return the hash of a list of revoked keys, as the store keeps it."""
     return hashlib.sha256(listed.encode()).hexdigest()
-
-
-def values_before(before: UnitState | None) -> dict[str, ValueBefore] | None:
-    """Return value and U of each quantity of the judgement that the next one replaces; None without such a judgement,
-    or if it was declared void."""
-    if before is None or before.voided:
-        return None
-    known = before.result.findings
-    return {f.quantity: ValueBefore(f.value, f.U) for f in known if f.value is not None and f.U is not None} or None
-
-
-def amended(serial: str, before: UnitState | None, result: UnitRecord) -> str:
-    """Return the number of the certificate that one with this result replaces, serial and attempt if it has none; "" if
-    it replaces none, or one with the same result."""
-    last = before.handed_out if before is not None else None
-    if last is None or (last.result is not None and _claims(last.result) == _claims(result)):
-        return ""
-    return last.number or f"{serial}/{last.attempt}"
-
-
-def _claims(entry: UnitRecord) -> tuple[str, list[tuple[object, ...]]]:
-    """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
-    processor computes too."""
-    numbers = {f.quantity: (f.value, f.U, f.lower, f.upper) for f in entry.findings}
-    rounded = {name: tuple(x if x is None else f"{x:.8g}" for x in given) for name, given in numbers.items()}
-    return entry.verdict, [(f.quantity, f.unit, f.rule, f.verdict, *rounded[f.quantity]) for f in entry.findings]

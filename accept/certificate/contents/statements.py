@@ -9,6 +9,7 @@ docs/explanation/what-a-certificate-proves.md follow from these declarations.
 from collections.abc import Callable
 from dataclasses import replace
 
+from accept.base.atomic_files import UNIT_FILE
 from accept.certificate.contents import words
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
 from accept.certificate.contents.provenance import PROVENANCE
@@ -21,7 +22,6 @@ from accept.certificate.contents.statement import (
     Way,
 )
 from accept.store.payloads import without_hashes
-from accept.units.unit_folder import UNIT_FILE
 
 PAGE = "the page"
 _DERIVED_AND_LOOKED_UP, _STATED = (Way.DERIVED, Way.LOOKED_UP), (Way.STATED,)

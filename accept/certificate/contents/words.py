@@ -8,10 +8,10 @@ from typing import Any
 from cryptography import x509
 from cryptography.x509.oid import NameOID
 
+from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.provenance import Provenance
-from accept.models.evidence import hashes
 from accept.pictures.labels import label_of
 from checks.rounding import with_U
 from checks.verdict import UnitVerdict

@@ -22,9 +22,8 @@ from accept.certificate.page.clauses import (
     rule_words,
 )
 from accept.judging.advice import stored_advice
-from accept.judging.inputs import LONGEST_INPUTS, inputs_words
-from accept.judging.nonconformance import stated_words
-from accept.pictures.labels import check_label, label_of
+from accept.judging.decisions import stated_words
+from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words

@@ -4,13 +4,12 @@ known."""
 from collections.abc import Mapping
 from typing import Any
 
+from accept.base.atomic_files import UNIT_FILE
+from accept.base.names import shown_name
 from accept.certificate.contents.content import CertificateContent
-from accept.judging.inputs import input_words, stated_inputs
-from accept.pictures.labels import check_label
-from accept.store import shown_name
+from accept.pictures.labels import check_label, input_words, stated_inputs
 from accept.units import folder_header
 from accept.units.samples import section_read_by
-from accept.units.unit_folder import UNIT_FILE
 from checks.verdict import RULES
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."

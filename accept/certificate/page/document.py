@@ -13,8 +13,8 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.page import body, fixed_parts
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
-from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import register
+from accept.pictures.pdf.panels import FigureRow
 
 _ROW_HEIGHTS = (42.0, 64.0)  # mm of a row of panels: the least that can be read, the most that is of use
 _SPACE_ABOVE = 5.0  # pt
@@ -107,5 +107,5 @@ def _height(flowables: Sequence[Flowable]) -> float:
 
 
 def _title(contents: CertificateContent) -> str:
-    title = SIMULATED if fixed_parts.is_simulated(contents) else "Acceptance certificate"
+    title = SIMULATED if contents.simulated else "Acceptance certificate"
     return f"{title} {contents.serial}: {contents.result['verdict']}"

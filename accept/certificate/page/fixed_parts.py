@@ -37,13 +37,8 @@ def field_rectangles() -> dict[str, tuple[float, float, float, float]]:
 
 def code_text(contents: CertificateContent) -> str:
     """Return the text of the square code: enough to find the record and to recognise it."""
-    simulated = " simulated" if is_simulated(contents) else ""
+    simulated = " simulated" if contents.simulated else ""
     return f"ACCEPT serial={contents.serial} record-sha256={contents.record_sha256}{simulated}"
-
-
-def is_simulated(contents: CertificateContent) -> bool:
-    """Return whether no instrument measured the unit; then every page says so."""
-    return bool(contents.result.get("simulated"))
 
 
 def first_page(canvas: Canvas, contents: CertificateContent) -> None:
@@ -62,7 +57,7 @@ def later_page(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.setFont(BOLD, 8)
     canvas.setFillColor(page_style.INK_COLOUR)
     line = f"{contents.serial}   {sign.mark} {sign.word}"
-    line += f"   {SIMULATED}" if is_simulated(contents) else ""
+    line += f"   {SIMULATED}" if contents.simulated else ""
     canvas.setFont(BOLD, fitting_size(line, BOLD, 8, page_style.INNER))
     canvas.drawString(page_style.MARGIN, _TOP - 8, line)
     _rule(canvas, _TOP - page_style.RUNNING_HEAD + 9)
@@ -87,7 +82,7 @@ def footer(canvas: Canvas, contents: CertificateContent, page: int, pages: int) 
 
 
 def _across(canvas: Canvas, contents: CertificateContent) -> None:
-    if not is_simulated(contents):
+    if not contents.simulated:
         return
     canvas.saveState()
     canvas.setFillColor(page_style.ACROSS)
@@ -103,7 +98,7 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     width = page_style.INNER - 96 * mm
     canvas.setFillColor(page_style.GREY_COLOUR)
     canvas.setFont(BOLD, 8)
-    title = SIMULATED if is_simulated(contents) else "ACCEPTANCE CERTIFICATE"
+    title = SIMULATED if contents.simulated else "ACCEPTANCE CERTIFICATE"
     title = "DEMO: NO ACCEPTANCE OF A REAL UNIT" if contents.stated.demo else title
     title = f"{title} {number}" if (number := contents.stated.number) else title
     canvas.setFont(BOLD, fitting_size(title, BOLD, 8, width))
@@ -151,8 +146,8 @@ def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
     sign = page_style.UNIT_SIGNS[verdict if word == _CONCEDED else word]
     width, height = 92 * mm, 26 * mm
     left, bottom = page_style.WIDTH - page_style.MARGIN - width, _TOP - height
-    empty = is_simulated(contents) or sign.fill == page_style.WHITE
-    ink = page_style.INK_COLOUR if is_simulated(contents) else sign.ink
+    empty = contents.simulated or sign.fill == page_style.WHITE
+    ink = page_style.INK_COLOUR if contents.simulated else sign.ink
     canvas.setFillColor(page_style.WHITE if empty else sign.fill)
     canvas.setStrokeColor(ink if empty else sign.fill)
     canvas.setLineWidth(2)
@@ -166,7 +161,7 @@ def _verdict(canvas: Canvas, contents: CertificateContent) -> None:
     canvas.drawCentredString(left + 22 * mm + room / 2, bottom + height / 2 - 0.36 * size, sign.word)
     below = ["BY CONCESSION OF QUALITY ASSURANCE"] if word == _CONCEDED else []
     below = [f"{verdict.upper()}: {_BY_QA.upper()}"] if not below and word != verdict else below  # as in results.json
-    below += [SIMULATED] if is_simulated(contents) else []
+    below += [SIMULATED] if contents.simulated else []
     for nth, line in enumerate(reversed(below)):
         canvas.setFont(BOLD, fitting_size(line, BOLD, 8, room))
         canvas.drawCentredString(left + 22 * mm + room / 2, bottom + 2.5 * mm + 9 * nth, line)

@@ -8,8 +8,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Table, TableStyle
 
 from accept.certificate.page.body import padding
-from accept.gap.findings import findings, gap_by_channel
-from accept.gap.text import REFUSED, headline_of_document
+from accept.gap import REFUSED, findings, gap_by_channel, headline_of_document
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.page_style import words

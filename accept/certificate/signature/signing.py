@@ -27,11 +27,11 @@ from accept.certificate.contents.disposition import Disposition, in_signature
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature import stamp, timestamp
 from accept.certificate.signature.long_term import AuthorityRevoked, RevocationData, revocation_data
-from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
+from accept.certificate.trust.authority import P256_ORDER, QA, TECHNICIAN
+from accept.certificate.trust.keys import Credential
 from specs.errors import AcceptError
 
 RESERVED = 4096  # bytes of the hole; our CMS takes some 2000
-P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 _REASONS = {TECHNICIAN: "measured and judged", QA: "reviewed and countersigned"}
 _BEFORE = {TECHNICIAN: [], QA: [TECHNICIAN]}
 

@@ -23,7 +23,7 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
 
-VARIABLE = "ACCEPT_TSA"
+TSA_VARIABLE = "ACCEPT_TSA"
 TIMEOUT_S = 20.0  # for one answer of a time stamping authority
 _CLOCKS = timedelta(minutes=5)  # between the servers of one authority
 _REVOKED = (AdESIndeterminate.REVOKED_NO_POE, AdESIndeterminate.REVOKED_CA_NO_POE)

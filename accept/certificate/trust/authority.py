@@ -7,13 +7,17 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from cryptography.x509.oid import NameOID
 
 ORGANISATION = "accept bench"
+TECHNICIAN, QA, BENCH = "technician", "qa", "bench"  # roles on certificates
+ROLES = (TECHNICIAN, QA)  # of persons, in the order in which they sign
 _DEMO = "demonstration only"
 _ROOT_LIFE = timedelta(days=365 * 20)
 _ROLE_LIFE = timedelta(days=365 * 5)
 PublicKey = ec.EllipticCurvePublicKey | Ed25519PublicKey  # of a person, of a bench
+P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 _CLOCK_SLACK = timedelta(hours=1)  # a bench's clock may be set back a little after the keys were made
 
 
@@ -88,6 +92,12 @@ def person_of(certificate: x509.Certificate) -> str:
 def role_of(certificate: x509.Certificate) -> str:
     """Return the role on a certificate: its subject's organisational unit."""
     return _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
+
+
+def public_of(certificate: x509.Certificate) -> str | None:
+    """Return the public key of a bench in its certificate, in hexadecimal; None for another kind of key."""
+    key = certificate.public_key()
+    return key.public_bytes(Encoding.Raw, PublicFormat.Raw).hex() if isinstance(key, Ed25519PublicKey) else None
 
 
 def fingerprint(certificate: x509.Certificate) -> str:

@@ -90,7 +90,7 @@ def _verified(file: Mapping[str, Any], ca: x509.Certificate) -> tuple[Mapping[st
     certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
     certificate.verify_directly_issued_by(ca)
     key = certificate.public_key()
-    if authority.role_of(certificate) != keys.TECHNICIAN or not isinstance(key, ec.EllipticCurvePublicKey):
+    if authority.role_of(certificate) != authority.TECHNICIAN or not isinstance(key, ec.EllipticCurvePublicKey):
         raise ValueError("not signed by a technician")
     key.verify(base64.b64decode(file["signature"], validate=True), _bytes(file["record"]), ec.ECDSA(hashes.SHA256()))
     return file["record"], certificate

@@ -12,11 +12,12 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import write_atomic, write_new
+from accept.base.names import KeyHolder, same_person
 from accept.certificate.trust import authority, encrypted_key, keys, revocation, revocation_record
-from accept.certificate.trust.keys import BENCH, CA, ROLES, KeysError
-from accept.certificate.trust.names import same_person
+from accept.certificate.trust.authority import BENCH, ROLES, public_of
+from accept.certificate.trust.keys import CA, KeysError
 from accept.certificate.trust.revocation import REASONS, RevocationList, Revoked
-from accept.store import BENCH_KEY, KeyHolder, bench_of, open_store, own_key
+from accept.store import BENCH_KEY, bench_of, open_store, own_key
 
 ISSUED = "issued"  # the certificates that the authority issued, one a file
 
@@ -114,7 +115,7 @@ def install(home: Path, certificate: x509.Certificate) -> Path:
         asked = x509.load_pem_x509_csr(keys.read_key_file(path))
         if asked.public_key() == certificate.public_key():
             return _put(path.with_name(path.name.replace(".request.pem", ".pem")), certificate)
-    if keys.public_of(certificate) is not None and keys.public_of(certificate) == bench_of(home / BENCH_KEY):
+    if public_of(certificate) is not None and public_of(certificate) == bench_of(home / BENCH_KEY):
         return _put(keys.folder(home) / f"{BENCH}.pem", certificate)
     for path in keys.person_files(home):
         if keys.certificate_of(path).public_key() == certificate.public_key():

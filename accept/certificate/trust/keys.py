@@ -19,18 +19,17 @@ from pathlib import Path
 from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
-from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.atomic_files import write_new
+from accept.base.names import KeyHolder, same_person, scripts
 from accept.certificate.trust import authority, encrypted_key, revocation, revocation_record
-from accept.certificate.trust.names import same_person, scripts
-from accept.store import BENCH_KEY, KeyHolder, bench_of, own_key
+from accept.certificate.trust.authority import BENCH, QA, ROLES, TECHNICIAN, public_of
+from accept.store import BENCH_KEY, bench_of, own_key
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
-TECHNICIAN, QA = "technician", "qa"
-ROLES = (TECHNICIAN, QA)
-CA, BENCH = "ca", "bench"
+CA = "ca"
 PASSPHRASE, PASSPHRASE_FILE = "ACCEPT_PASSPHRASE", "ACCEPT_PASSPHRASE_FILE"
 AUTHORITY_PASSPHRASE = "authority-passphrase.txt"  # holds a generated passphrase until its owner takes it
 SHORTEST_PASSPHRASE = 8  # characters (NIST SP 800-63B, 5.1.1.1)
@@ -257,12 +256,6 @@ def certified_bench(home: Path) -> str | None:
     """Return the public key of the bench that bench.pem names, None without one. Raises KeysError."""
     path = folder(home) / f"{BENCH}.pem"
     return public_of(certificate_of(path)) if path.is_file() else None
-
-
-def public_of(certificate: x509.Certificate) -> str | None:
-    """Return the public key of a bench in its certificate, in hexadecimal; None for another kind of key."""
-    key = certificate.public_key()
-    return key.public_bytes(Encoding.Raw, PublicFormat.Raw).hex() if isinstance(key, Ed25519PublicKey) else None
 
 
 def authority_here(home: Path) -> bool:

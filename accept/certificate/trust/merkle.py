@@ -1,4 +1,4 @@
-"""Merkle trees of [RFC6962] 2.1: proofs that an entry is in a list, and that a list was only appended to."""
+"""Merkle trees of [RFC6962] 2.1: proofs that a list was only appended to."""
 
 import hashlib
 from collections.abc import Sequence
@@ -24,36 +24,6 @@ def root(leaves: Sequence[Hash]) -> Hash:
         return leaves[0]
     split = _split(len(leaves))
     return node_hash(root(leaves[:split]), root(leaves[split:]))
-
-
-def inclusion_proof(leaves: Sequence[Hash], index: int) -> list[Hash]:
-    """Return the path from a leaf to the root ([RFC6962] 2.1.1). Raises IndexError for a leaf that is not there."""
-    if not 0 <= index < len(leaves):
-        raise IndexError(f"no leaf {index} in a tree of {len(leaves)}")
-    if len(leaves) == 1:
-        return []
-    split = _split(len(leaves))
-    if index < split:
-        return [*inclusion_proof(leaves[:split], index), root(leaves[split:])]
-    return [*inclusion_proof(leaves[split:], index - split), root(leaves[:split])]
-
-
-def is_included(leaf: Hash, index: int, size: int, proof: Sequence[Hash], tree: Hash) -> bool:
-    """Return whether a proof leads from a leaf to the root of a tree of so many leaves ([RFC9162] 2.1.3.2)."""
-    if not 0 <= index < size:
-        return False
-    place, last, found = index, size - 1, leaf
-    for other in proof:
-        if last == 0:
-            return False
-        if place % 2 or place == last:
-            found = node_hash(other, found)
-            while not place % 2 and place:
-                place, last = place >> 1, last >> 1
-        else:
-            found = node_hash(found, other)
-        place, last = place >> 1, last >> 1
-    return last == 0 and found == tree
 
 
 def consistency_proof(leaves: Sequence[Hash], earlier: int) -> list[Hash]:

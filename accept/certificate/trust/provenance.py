@@ -1,22 +1,32 @@
 """The provenance that a certificate states beside its result: its attempt, what it replaces, the head of the bench's
 store, the approval of the spec, and whether a demo made it."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.certificate.contents.content import CertificateContent, canonical
+from accept.base.documents.results import UnitRecord
+from accept.certificate.contents.content import CertificateContent, hashes_of, signed_text
 from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
-from accept.certificate.contents.provenance import AT_THE_BENCH, Head, Provenance, Replaced, digest_of, values_before
+from accept.certificate.contents.provenance import (
+    AT_THE_BENCH,
+    Earlier,
+    Head,
+    Provenance,
+    Replaced,
+    Stopped,
+    ValueBefore,
+    digest_of,
+)
 from accept.certificate.trust import keys, revocation, revocation_record
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.spec_approval import approval_of
 from accept.store import BENCH_KEY, Event, SignedHead, Store, UnitState, own_key
-from accept.store.payloads import BenchStated, CertificateSigned
+from accept.store.payloads import VOIDED, BenchStated, CertificateSigned
 from checks.verdict import UnitVerdict
 from specs.spec import Spec
 
@@ -61,7 +71,7 @@ def provenance(
         decided,
         attempt=number,
         judged="" if decided.judged[:10] == now.date().isoformat() else decided.judged,
-        replaces=Replaced.of(before),
+        replaces=replaced_by_next(before),
         before=values_before(before),
         laboratory=statement_of(laboratory, spec.checks) if laboratory else None,
         number=number_of(scheme, serial, number, now.year, taken) if scheme else "",
@@ -85,21 +95,52 @@ def signed_by_bench(contents: CertificateContent, home: Path) -> CertificateCont
     return replace(contents, provenance=stated | {"signature": signature})
 
 
-def hashes_of(contents: CertificateContent) -> dict[str, str]:
-    """Return the hashes of result and spec, as the provenance states them."""
-    return {"record_sha256": contents.record_sha256, "spec_sha256": contents.spec_sha256}
+def replaced_by_next(before: UnitState | None) -> Replaced | None:
+    """Return what the next judgement of a unit replaces; None for a first one."""
+    if before is None:
+        return None
+    certificate = before.certificate.sha256 if before.certificate else None
+    earlier = before.handed_out if certificate is None else None
+    more = (earlier.attempt, earlier.sha256) if earlier is not None else ()
+    return Replaced(before.verdict, before.time, certificate, *more)
 
 
-def signed_text(serial: str, stated: Mapping[str, Any]) -> bytes:
-    """Return the bytes that a bench signs: the serial and all that is stated but for the signature itself."""
-    rest = {key: value for key, value in stated.items() if key != "signature"}
-    return canonical({"serial": serial, "provenance": rest})
+def ends_before(before: UnitState | None) -> Earlier | None:
+    """Return the ends of the attempts before the next one, void ones as such; None before the first."""
+    if before is None:
+        return None
+    stopped = [
+        Stopped(number, verdict, time)
+        for number, (_, verdict, time) in enumerate(before.ended, 1)
+        if verdict not in (UnitVerdict.ACCEPTED, VOIDED)
+    ]
+    return Earlier(dict(Counter(verdict for _, verdict, _ in before.ended)), stopped[-1] if stopped else None)
 
 
-def needs_reason(verdict: str, *replaced: str | None) -> bool:
-    """Return whether a certificate with another result is made with a reason only: one of an accepted unit in place of
-    one of an accepted unit. A change of the verdict does not wait for words."""
-    return verdict == UnitVerdict.ACCEPTED and UnitVerdict.ACCEPTED in replaced
+def values_before(before: UnitState | None) -> dict[str, ValueBefore] | None:
+    """Return value and U of each quantity of the judgement that the next one replaces; None without such a judgement,
+    or if it was declared void."""
+    if before is None or before.voided:
+        return None
+    known = before.result.findings
+    return {f.quantity: ValueBefore(f.value, f.U) for f in known if f.value is not None and f.U is not None} or None
+
+
+def amended(serial: str, before: UnitState | None, result: UnitRecord) -> str:
+    """Return the number of the certificate that one with this result replaces, serial and attempt if it has none; "" if
+    it replaces none, or one with the same result."""
+    last = before.handed_out if before is not None else None
+    if last is None or (last.result is not None and _claims(last.result) == _claims(result)):
+        return ""
+    return last.number or f"{serial}/{last.attempt}"
+
+
+def _claims(entry: UnitRecord) -> tuple[str, list[tuple[object, ...]]]:
+    """Return what a certificate states of a result: verdicts, and values, U and limits to the digits that another
+    processor computes too."""
+    numbers = {f.quantity: (f.value, f.U, f.lower, f.upper) for f in entry.findings}
+    rounded = {name: tuple(x if x is None else f"{x:.8g}" for x in given) for name, given in numbers.items()}
+    return entry.verdict, [(f.quantity, f.unit, f.rule, f.verdict, *rounded[f.quantity]) for f in entry.findings]
 
 
 def numbers_of(events: Iterable[Event]) -> set[str]:

@@ -24,7 +24,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from accept.base.atomic_files import write_atomic
 from accept.certificate.contents.content import canonical
 from accept.certificate.trust import authority, merkle
-from accept.certificate.trust.keys import BENCH, public_of
+from accept.certificate.trust.authority import BENCH, public_of
 from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.store import Event, Store, StoreHead
 from accept.store.payloads import KeysRevoked

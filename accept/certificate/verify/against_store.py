@@ -13,6 +13,7 @@ from cryptography import x509
 
 from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
+from accept.base.names import same_person
 from accept.base.spelling import difference
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -21,15 +22,16 @@ from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
-from accept.certificate.trust.names import same_person
+from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
 from accept.judging.copies import copies_of
+from accept.judging.decisions import words_of
 from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import standing, words_of
+from accept.judging.nonconformance import standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
@@ -128,7 +130,7 @@ def _history(
     wrong = [name for name, is_same in same.items() if not is_same]
     wrong += differences(contents.stated, known, own_program)
     if own_program:  # earlier programs did not store what a bench states
-        found = [differences(contents.stated, each) for each in _at_bench(store, known, signature, contents)]
+        found = [differences(contents.stated, each) for each in _at_bench(store, known, own, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
@@ -172,16 +174,21 @@ def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, co
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
     if started and _is_of_attempt(own, started[-1], counted):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(e for e in counted if e.seq < started[-1].seq))
-    checks = parse(contents.spec_text.encode(), "the attached spec").checks
-    entry = contents.record
-    return History(own, signature, entry, before, replaced, numbers, checks)
+        replaced.append(fold(counted, before=started[-1].seq))
+    return History(
+        own.time, own.data.get("reason"), signature.reason, numbers,
+        [(replaced_by_next(each), values_before(each)) for each in replaced],
+        ends_before(before), amended(own.subject, before, contents.record),
+        parse(contents.spec_text.encode(), "the attached spec").checks,
+    )  # fmt: skip
 
 
-def _at_bench(store: Store, known: History, signature: Event, contents: CertificateContent) -> Iterator[History]:
+def _at_bench(
+    store: Store, known: History, own: Event, signature: Event, contents: CertificateContent
+) -> Iterator[History]:
     """Yield everything that the bench stated of itself from the judgement until the signature: it states something
     else since its laboratory.toml, say, was changed."""
-    own, bench = known.judged, contents.stated.head_bench
+    bench = contents.stated.head_bench
     events = [e for e in store.events("", BenchStated.KIND) if e.data["bench"] == bench and e.seq < signature.seq]
     years = {datetime.fromisoformat(e.time).year for e in (own, signature)}
     for event in [*[e for e in events if e.seq < own.seq][-1:], *(e for e in events if e.seq > own.seq)]:

@@ -5,13 +5,15 @@ import hashlib
 import io
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
+from accept.base.atomic_files import UNIT_FILE
+from accept.base.documents.manifest import hashes
 from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.certificate.contents import content as certificate_content
@@ -20,36 +22,14 @@ from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
+from accept.certificate.verify.ports import AttachedUnit, ReadUnit
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise, is_within_U
-from accept.judging.inputs import input_words
-from accept.models.evidence import Models, hashes
-from accept.units.loaded_unit import RESPONSES
-from accept.units.unit_entry import MODEL_FOLDER
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, inside, parse
+from accept.pictures.labels import input_words
 from checks.acceptance import CHECKS
 from checks.picture import Panel
-from hw.records import DEFAULT_LIMITS, declared_samples
-from specs.files import read_bounded
-from specs.strict import toml_of
+from hw.records import declared_samples
 
 MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
-
-
-Rejudge = Callable[[CertificateContent], UnitRecord]
-"""Judges the attached unit by the attached spec."""
-
-
-def unpack(contents: CertificateContent, folder: Path) -> Models:
-    """Write the inputs as the unit folder they were, and return the models of the spec, opened from there. Raises
-    InvalidCertificate if a name leads out of the folder."""
-    for name, content in (dict(contents.files) | contents.model_attachments()).items():
-        parts = PurePosixPath(name).parts
-        if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
-            raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)  # of a folder that is thrown away: nothing to keep through a crash
-    return Models(contents.models, folder / MODEL_FOLDER)
 
 
 def embedded(reader: PdfFileReader) -> dict[str, bytes]:
@@ -76,7 +56,7 @@ def read(signed: bytes) -> CertificateContent:
     return contents
 
 
-def check_result(contents: CertificateContent, judged: UnitRecord | None) -> Step:
+def check_result(contents: CertificateContent, unit: AttachedUnit, judged: UnitRecord | None) -> Step:
     """Compare the result with the unit as it was `judged` again from the attached data, None if it was not.
 
     If a record was too large to attach, only the sections whose records are attached are compared; the step is then not
@@ -90,7 +70,7 @@ def check_result(contents: CertificateContent, judged: UnitRecord | None) -> Ste
     own = contents.code_sha256 == version.code_sha256()
     if not own and "samples" in again:
         again["samples"] = _sketched_as(contents.result.get("samples") or {}, again["samples"])
-    left_out = _checks_of(contents, missing)
+    left_out = _checks_of(unit, missing)
     pair = [contents.result, again]
     found = differences(*(_without_checks(result, left_out) for result in pair) if missing else pair)
     said: list[str] = []
@@ -117,7 +97,7 @@ def check_result(contents: CertificateContent, judged: UnitRecord | None) -> Ste
             raise
         said.append(str(e))  # another program may draw other pictures
     if own:
-        check_gap(unit_of(contents), contents.result.get("gap"), contents.panels)
+        check_gap(unit.has_responses, contents.result.get("gap"), contents.panels)
     if missing:
         what = f"{', '.join(missing)} not attached, or too long; give the unit's folder with --records"
         return Step(f"not judged again: {', '.join(sorted(left_out)) or 'a part'} ({what})", complete=False)
@@ -148,11 +128,8 @@ def _some(lines: Sequence[str]) -> str:
     return listed(sorted(lines, key=lambda line: "].value " not in line), between="; ")
 
 
-def _checks_of(contents: CertificateContent, missing: Collection[str]) -> set[str]:
-    unit = unit_of(contents)
-    reads = {name for name, section in unit.sections.items() if not set(section.files).isdisjoint(missing)}
-    if any(not set(each.files).isdisjoint(missing) for each in unit.experiments.values()):
-        reads.add(RESPONSES)  # compared with the experiments' records
+def _checks_of(unit: AttachedUnit, missing: Collection[str]) -> set[str]:
+    reads = {section for section, files in unit.records.items() if not {*missing}.isdisjoint(files)}
     return {name for name, check in CHECKS.items() if check.reads in reads} if reads else set()
 
 
@@ -174,7 +151,9 @@ def _without_checks(result: Mapping[str, Any], left_out: Collection[str]) -> dic
     }
 
 
-def with_records(contents: CertificateContent, folder: Path) -> CertificateContent:
+def with_records(
+    contents: CertificateContent, folder: Path, read_record: Callable[[Path, str], bytes]
+) -> CertificateContent:
     """Return the content with the records that were too large to attach, read from a folder and verified by their
     hashes.
 
@@ -183,7 +162,7 @@ def with_records(contents: CertificateContent, folder: Path) -> CertificateConte
     more = {}
     for name, digest in contents.inputs.items():
         if name not in contents.files and (folder / name).exists():
-            more[name] = read_bounded(inside(folder, name), DEFAULT_LIMITS.max_bytes)
+            more[name] = read_record(folder, name)
             if hashlib.sha256(more[name]).hexdigest() != digest:
                 raise InvalidCertificate(f"{folder / name} is not the file that was judged")
     return replace(contents, files={**contents.files, **more})
@@ -201,12 +180,6 @@ def within_samples(contents: CertificateContent) -> CertificateContent:
     return replace(contents, files={n: content for n, content in contents.files.items() if n in kept})
 
 
-def unit_of(contents: CertificateContent) -> UnitFolder:
-    """Return the attached unit, without its records. Raises UnitError, ValueError."""
-    text = contents.files[UNIT_FILE]
-    return parse(Path(), text, toml_of(text))
-
-
 def _other(contents: CertificateContent) -> str:
     if contents.code_sha256 == version.code_sha256():
         return ""
@@ -221,17 +194,19 @@ def _check_hashes(contents: CertificateContent) -> None:
             raise InvalidCertificate(f"the attached {name} is not the file that was judged")
     if hashes(contents.models) != {name: dict(files) for name, files in contents.result.get("models", {}).items()}:
         raise InvalidCertificate("the attached model files are not those that the unit was judged by")
-    _check_inputs(contents)
 
 
-def _check_inputs(contents: CertificateContent) -> None:
-    """Raise InvalidCertificate if the inputs are not exactly those that unit.toml names, or if an input that is not
-    attached is small enough to be."""
+def unit_of(contents: CertificateContent, read_unit: ReadUnit) -> AttachedUnit:
+    """Return the attached unit. Raises InvalidCertificate if the inputs are not exactly those that unit.toml names, or
+    if an input that is not attached is small enough to be.
+
+    It loads the checks that the unit names, so it is called where the unit is judged: in a process of its own they
+    would be loaded twice."""
     if UNIT_FILE not in contents.files:
         raise InvalidCertificate(f"{UNIT_FILE} is not attached")
     try:
-        unit = unit_of(contents)
-    except (UnitError, ValueError) as e:
+        unit = read_unit(contents.files[UNIT_FILE])
+    except ValueError as e:
         raise InvalidCertificate(f"the attached {UNIT_FILE} cannot be used: {e}") from e
     phantom = sorted(set(contents.inputs) - set(unit.files) - {UNIT_FILE})
     if phantom:
@@ -243,3 +218,4 @@ def _check_inputs(contents: CertificateContent) -> None:
         size = contents.sizes.get(name)
         if name not in contents.files and contents.format > BEFORE and (size is None or size <= left):
             raise InvalidCertificate(f"{name} of {size} bytes is not attached, although there is room for it")
+    return unit

@@ -13,15 +13,11 @@ from pypdf import PdfReader
 from accept.base import version
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.disposition import parse_stated
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.step import Step
-from accept.certificate.page.document import render
-from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.signature.long_term import revocation_data_of
-from accept.certificate.signature.signing import signed_again
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import Credential
+from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed
 
 VERDICT_WORDS = re.compile(r"\b(ACCEPTED|REJECTED|CONDITIONAL|INCOMPLETE|HELD|PASS|FAIL|NO RESULT|DEMO|SIMULATED)\b")
@@ -41,7 +37,11 @@ _DEEPEST = 32  # levels of arrays and dictionaries in one object; a certificate 
 
 
 def check_page(
-    pdf: bytes, contents: CertificateContent, signatures: Sequence[Signed], roots: Sequence[x509.Certificate]
+    pdf: bytes,
+    contents: CertificateContent,
+    signatures: Sequence[Signed],
+    roots: Sequence[x509.Certificate],
+    ports: Ports,
 ) -> Step:
     """Draw the page again from the attachments and sign it again. Raises InvalidCertificate if the two contradict each
     other.
@@ -50,10 +50,10 @@ def check_page(
     the text is compared but pictures cannot be, so the page counts as not compared.
     """
     signed = pdf[: signatures[0].place[2]]
-    drawn = render(contents)
+    drawn = ports.draw(contents)
     same_libraries = dict(contents.drawn_with) == certificate_content.renderer()
     if signed.startswith(drawn) and same_libraries:
-        _check_revisions(pdf, drawn, contents, signatures, roots)
+        _check_revisions(pdf, drawn, contents, signatures, roots, ports)
         return Step("page and signatures were drawn again from the attached data: identical to the byte")
     _check_actions(pdf)
     if signed.startswith(drawn):
@@ -72,6 +72,7 @@ def _check_revisions(
     contents: CertificateContent,
     signatures: Sequence[Signed],
     roots: Sequence[x509.Certificate],
+    ports: Ports,
 ) -> None:
     """Raise InvalidCertificate if a signature's revision is not what this program writes for its certificate and time:
     a signer writes that revision, and could lead a reader to another page in it. Only the hole with the signature
@@ -80,15 +81,11 @@ def _check_revisions(
     for signed in signatures:
         start, end, last = signed.place
         ca = next(root for root in roots if authority.issued_by(signed.certificate, root))
-        credential = Credential(signed.role, None, signed.certificate, ca)
         kept = revocation_data_of(PdfFileReader(io.BytesIO(pdf[:last])))
         already, held = held, sum(map(len, (kept.certificates, kept.lists, kept.answers)))
         if held > already and signed.stamped is None:
             raise InvalidCertificate(f"the {signed.role}'s revision keeps revocation data (/DSS) without a timestamp")
-        again = signed_again(
-            before, credential, signed.when, kept, parse_stated(signed.disposition), is_simulated(contents),
-            signed.stamped is not None,
-        )  # fmt: skip
+        again = ports.sign_again(before, signed, ca, kept, contents.simulated)
         if pdf[:start] != again[:start] or pdf[end:last] != again[end:]:
             raise InvalidCertificate(
                 f"the {signed.role}'s revision holds more than a signature: what a reader shows is not what was judged"
@@ -125,7 +122,7 @@ def _text_differences(signed: bytes, drawn: bytes, contents: CertificateContent)
     """Return the words of either text that the other lacks. Raises InvalidCertificate if the page shows another serial
     or another verdict."""
     there, here = _text(signed), _text(drawn)
-    simulated = ("SIMULATED",) if is_simulated(contents) else ()
+    simulated = ("SIMULATED",) if contents.simulated else ()
     for word in (contents.serial, str(contents.result["verdict"]).upper(), *simulated):
         if word not in there:
             raise InvalidCertificate(f"the page does not show '{word}', which the attached data say")

@@ -10,7 +10,7 @@ import numpy as np
 from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.verify.page_check import VERDICT_WORDS
 from accept.certificate.verify.result_diff import same_words
-from accept.gap.text import GAP_PICTURES
+from accept.gap import GAP_PICTURES
 from accept.pictures.jsonform import panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel

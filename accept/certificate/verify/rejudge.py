@@ -1,29 +1,51 @@
-"""Judging a unit again from what is attached to its certificate."""
+"""Verifying a certificate with the bench's own rooms: its unit is read and judged again, its page drawn and signed
+again, and its store asked."""
 
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import date
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 
+from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
+from accept.base.documents.manifest import MODEL_FOLDER
 from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.disposition import parse_stated
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.verify.attachments import unpack
-from accept.certificate.verify.verification import Verification, verify
+from accept.certificate.contents.step import Step
+from accept.certificate.page.document import render
+from accept.certificate.signature.long_term import RevocationData
+from accept.certificate.signature.signing import signed_again
+from accept.certificate.trust.keys import Credential
+from accept.certificate.trust.published_list import BenchList
+from accept.certificate.verify import attachments
+from accept.certificate.verify.against_list import check_list
+from accept.certificate.verify.against_store import check_store
+from accept.certificate.verify.lists_beside import ListsBeside
+from accept.certificate.verify.ports import AttachedUnit, Known, Ports, Rejudge
+from accept.certificate.verify.signatures import Signed
+from accept.certificate.verify.structure import read_unknown
+from accept.certificate.verify.verification import Verification, verify_certificate
+from accept.gap import applies
 from accept.judging import judge_unit
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.consistency import contradictions
+from accept.judging.decisions import in_notes
 from accept.judging.reservations import Reservations
+from accept.models.evidence import Models
+from accept.store import head_problem
 from accept.units import unit_folder
-from accept.units.unit_folder import UNIT_FILE, UnitError
+from accept.units.loaded_unit import RESPONSES
+from accept.units.unit_folder import UnitError
+from hw.records import DEFAULT_LIMITS
 from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import parse
-from specs.strict import SpecError
+from specs.strict import SpecError, toml_of
 
 
 def rejudge(attached: CertificateContent) -> UnitRecord:
@@ -60,10 +82,75 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
         raise InvalidCertificate(f"the attached statement of calibration is not valid ({type(e).__name__}: {e})") from e
 
 
+def unpack(contents: CertificateContent, folder: Path) -> Models:
+    """Write the inputs as the unit folder they were, and return the models of the spec, opened from there. Raises
+    InvalidCertificate if a name leads out of the folder."""
+    for name, content in (dict(contents.files) | contents.model_attachments()).items():
+        parts = PurePosixPath(name).parts
+        if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
+            raise InvalidCertificate(f"the attachment '{name}' has a name that leads out of its folder")
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)  # of a folder that is thrown away: nothing to keep through a crash
+    return Models(contents.models, folder / MODEL_FOLDER)
+
+
+def ports(judge: Rejudge | None = None) -> Ports:
+    """Return this program as a verification asks it. judge: `rejudge`, `rejudge_demo`, or None: then the unit is not
+    judged again."""
+    return Ports(judge, read_unit, read_record, render, sign_again, head_problem)
+
+
+def read_unit(text: bytes) -> AttachedUnit:
+    """Read an attached `unit.toml`. Raises UnitError, ValueError."""
+    if len(text) > unit_folder.MAX_UNIT_TOML_BYTES:
+        raise ValueError(f"it has {len(text)} bytes, at most {unit_folder.MAX_UNIT_TOML_BYTES} are read")
+    unit = unit_folder.parse(Path(), text, toml_of(text))
+    records = {name: list(section.files) for name, section in unit.sections.items()}
+    for each in unit.experiments.values():  # the responses are compared with theirs
+        records.setdefault(RESPONSES, []).extend(each.files)
+    return AttachedUnit(unit.serial, unit.header.simulated, unit.files, records, applies(unit), in_notes(unit.notes))
+
+
+def read_record(folder: Path, name: str) -> bytes:
+    """Return a file of a unit folder. Raises RecordError if the name leads out of it, OSError."""
+    return read_bounded(unit_folder.inside(folder, name), DEFAULT_LIMITS.max_bytes)
+
+
+def sign_again(pdf: bytes, signed: Signed, ca: x509.Certificate, kept: RevocationData, simulated: bool) -> bytes:
+    """Return a document as `sign` writes it for a signature on it."""
+    credential, disposition = Credential(signed.role, None, signed.certificate, ca), parse_stated(signed.disposition)
+    return signed_again(pdf, credential, signed.when, kept, disposition, simulated, signed.stamped is not None)
+
+
+def at_bench(listed: ListsBeside, published: Sequence[BenchList] | None = None) -> Known:
+    """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
+    lists that benches published if any are given."""
+
+    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
+        steps = [*check_store(signed, contents, by, again), *listed.steps(contents, published or ())]
+        if published is not None:
+            steps += check_list(signed, contents, by.when, published, listed.entries)
+        return steps
+
+    return ask
+
+
+def read_contents(pdf: bytes) -> CertificateContent:
+    """Return the content of a certificate of which nothing is known, its attachments verified by their hashes, its
+    signatures not. Raises InvalidCertificate."""
+    return read_unknown(_contents, pdf)
+
+
+def _contents(pdf: bytes) -> CertificateContent:
+    attachments.unit_of(contents := attachments.read(pdf), read_unit)
+    return contents
+
+
 def verify_file(path: Path, trust: Sequence[x509.Certificate], demo: bool = False) -> Verification:
     """Return the verification of a certificate file, which includes judging it again. Raises OSError if it cannot be
     read."""
-    return verify(read_certificate(path), trust, rejudge_demo if demo else rejudge, demo=demo)
+    return verify_certificate(read_certificate(path), trust, ports(rejudge_demo if demo else rejudge), demo=demo)
 
 
 def read_certificate(path: Path) -> bytes:

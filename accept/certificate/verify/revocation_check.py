@@ -1,82 +1,23 @@
-"""The lists of revoked keys that a verification looks at: beside the authority's certificate, in the bench's store, in
-the list that benches publish, and attached to the certificate itself. The newest counts; the one beside the authority's
-certificate must not be older than any other, nor be missing."""
+"""The authority's list of revoked keys that is attached to a certificate, against its signatures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from cryptography import x509
 
-from accept.base.home import home
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.step import Step
-from accept.certificate.trust import authority
-from accept.certificate.trust.published_list import REVOKED, BenchList
-from accept.certificate.trust.revocation import (
-    RevocationError,
-    RevocationList,
-    Revoked,
-    is_canonical,
-    merged,
-    parsed,
-    read_list,
-)
-from accept.certificate.trust.revocation_record import REMEDY, fault, newest_stored
+from accept.certificate.trust.revocation import RevocationError, RevocationList, Revoked, is_canonical, parsed
 from accept.certificate.verify.signatures import Signed, doubt_of
-from accept.store import StoreError
 
 
-class ListsBeside:
-    """The lists of revoked keys of the trusted authorities. entries: of these lists and of the bench's store."""
-
-    def __init__(self, files: Mapping[Path, x509.Certificate]) -> None:
-        """Read them. files: place of the list -> certificate of its authority. Raises RevocationError."""
-        self._lists = {path: (ca, read_list(path, ca)) for path, ca in files.items()}
-        self._stored = {path: _newest_in_store(ca) for path, ca in files.items()}
-        known = [[one for one in (self._lists[path][1], self._stored[path]) if one is not None] for path in files]
-        self.entries: list[Revoked] = [entry for each in known for entry in merged(each)]
-
-    def steps(self, contents: CertificateContent, published: Sequence[BenchList]) -> list[Step]:
-        """Return a step, not complete, for each authority whose list is missing, is dated in the future, or is older
-        than one that the store, a published list or the certificate has."""
-        found = []
-        for path, (ca, listed) in self._lists.items():
-            known = ((self._stored[path], "the one in the store"), (_attached(contents, ca), "the attached one"))
-            problems = (fault(listed, path, other, where) for other, where in known)
-            words = next(filter(None, problems), "") or _older_than_published(path, ca, listed, published)
-            found += [Step(words, complete=False)] if words else []
-        return found
-
-
-def _newest_in_store(ca: x509.Certificate) -> RevocationList | None:
-    try:
-        return newest_stored(home(), ca)[0]
-    except StoreError:
-        return None  # which the comparison with the store says
-
-
-def _older_than_published(
-    path: Path, ca: x509.Certificate, listed: RevocationList | None, published: Sequence[BenchList]
-) -> str:
-    own = authority.fingerprint(ca)
-    for one in published:
-        number = max((e.attempt for e in one.entries if e.what == REVOKED and e.unit == own), default=0)
-        if listed is not None and number > listed.number:
-            words = (
-                f"the list of revoked keys, {path}, has number {listed.number} and is older than the one of {one.name}"
-            )
-            return f"{words}, number {number}; {REMEDY}"
-    return ""
-
-
-def _attached(contents: CertificateContent, ca: x509.Certificate) -> RevocationList | None:
+def attached_list(contents: CertificateContent, ca: x509.Certificate) -> RevocationList | None:
+    """Return the list of an authority that was attached when the unit was judged, None if it is of another one."""
     given = contents.stated.crl
     try:
         return parsed(given.encode(), "the attached list", ca) if given else None
     except RevocationError:
-        return None  # of another authority among those trusted
+        return None
 
 
 def attached_entries(contents: CertificateContent, roots: Sequence[x509.Certificate]) -> list[Revoked]:
@@ -86,7 +27,7 @@ def attached_entries(contents: CertificateContent, roots: Sequence[x509.Certific
         return []
     if not is_canonical(contents.stated.crl):
         raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
-    found = next(filter(None, (_attached(contents, ca) for ca in roots)), None)
+    found = next(filter(None, (attached_list(contents, ca) for ca in roots)), None)
     if found is None:
         raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
     return list(found.entries)

@@ -14,7 +14,7 @@ from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.signature.signing import P256_ORDER
+from accept.certificate.trust.authority import P256_ORDER
 from accept.certificate.verify import cms
 
 _DIGITS = frozenset(b"0123456789ABCDEF")

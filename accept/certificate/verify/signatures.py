@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
-from asn1crypto import x509 as asn1_x509
 from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 from pyhanko.pdf_utils.reader import PdfFileReader
@@ -19,13 +18,14 @@ from pyhanko.sign.validation import EmbeddedPdfSignature, SignatureCoverageLevel
 from pyhanko.sign.validation.settings import KeyUsageConstraints
 from pyhanko_certvalidator import ValidationContext
 
+from accept.base.names import same_person
 from accept.certificate.contents.disposition import of_signature
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.signature import timestamp
-from accept.certificate.signature.long_term import kept_in
+from accept.certificate.signature.long_term import kept_in, loaded
 from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import QA, ROLES, TECHNICIAN
+from accept.certificate.trust.authority import QA, ROLES, TECHNICIAN
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.signature_contents import byte_range, check_hole, read_hole, signature_of, token_of
 from accept.certificate.verify.structure import SAVED_AGAIN
@@ -93,6 +93,8 @@ def signatures_of(
     ]  # fmt: skip
     if len(found) == 2 and found[1].when < found[0].when - _CLOCK_SLACK:
         raise InvalidCertificate("the countersignature is older than the technician's signature")
+    if len(found) == 2 and same_person(found[0].person, found[1].person):
+        raise InvalidCertificate(f"{found[0].person} signed as technician and as quality assurance")
     return tuple(found)
 
 
@@ -224,8 +226,7 @@ def _time(embedded: EmbeddedPdfSignature, certificate: x509.Certificate, now: da
 def _check_by_pyhanko(
     embedded: EmbeddedPdfSignature, trust: Sequence[x509.Certificate], when: datetime, covers_all: bool
 ) -> None:
-    roots = [asn1_x509.Certificate.load(c.public_bytes(Encoding.DER)) for c in trust]
-    context = ValidationContext(trust_roots=roots, moment=when, allow_fetching=False)
+    context = ValidationContext(trust_roots=loaded(trust), moment=when, allow_fetching=False)
     status = validate_pdf_signature(embedded, context, key_usage_settings=_USAGE)
     if not status.intact:
         raise InvalidCertificate(f"the {embedded.field_name}'s signature does not fit the document: it was changed")

@@ -10,23 +10,19 @@ from typing import Any
 from cryptography import x509
 
 from accept.base import version
-from accept.base.documents.results import ALIKE, CONFIRMED, NAME
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME, TYPED
+from accept.base.names import same_person
+from accept.base.spelling import serial_problem
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import PROVENANCE, Provenance
+from accept.certificate.contents.provenance import PROVENANCE, Provenance, needs_reason
 from accept.certificate.contents.step import Step
-from accept.certificate.trust.names import same_person
-from accept.certificate.trust.provenance import needs_reason
 from accept.certificate.trust.revocation import Revoked
+from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
-from accept.judging.copies import recording_party
-from accept.judging.decisions import decision_problem
-from accept.judging.nonconformance import DISPOSITION, signed_content
-from accept.store import head_problem
+from accept.judging.decisions import DISPOSITION, decision_problem, recording_party, signed_content
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
-from accept.units.folder_header import serial_problem
-from accept.units.samples import TYPED
 from checks.acceptance import CHECKS
 from specs.spec import parse
 from specs.strict import SpecError
@@ -36,7 +32,7 @@ SAME_SECOND = timedelta(seconds=2)  # a signature states whole seconds, the stor
 LONGEST_RUN = timedelta(days=7)  # of a program, from the day whose calibrations it states to a signature
 
 
-def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool) -> list[Step]:
+def check_stated(contents: CertificateContent, signatures: Sequence[Signed], demo: bool, ports: Ports) -> list[Step]:
     """Compare spec, operator, statement and provenance with their sources.
 
     A demonstration signs for every operator. Raises InvalidCertificate if a statement is wrong; a step is not complete
@@ -48,7 +44,7 @@ def check_stated(contents: CertificateContent, signatures: Sequence[Signed], dem
     if technician and contents.format > BEFORE and not same:
         raise InvalidCertificate(f"the operator is {contents.operator}, but {technician} signed as technician")
     given = contents.stated
-    if given.head is not None and (problem := head_problem(vars(given.head))):
+    if given.head is not None and (problem := ports.head_problem(vars(given.head))):
         raise InvalidCertificate(f"the stated head of its store does not hold: {problem}")
     waits = needs_reason(contents.result["verdict"], given.replaces.verdict if given.replaces else None)
     if given.amends and waits and not (given.reason or given.signed_because):

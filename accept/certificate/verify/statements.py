@@ -9,8 +9,7 @@ from accept.certificate.contents.statement import Way
 from accept.certificate.contents.statements import STATEMENTS, statement_of
 from accept.certificate.contents.step import Step
 from accept.certificate.verify.gap_check import own_words
-from accept.judging.nonconformance import in_notes
-from accept.units.unit_folder import UnitFolder
+from accept.certificate.verify.ports import AttachedUnit
 from checks.verdict import UnitVerdict
 
 LOOKED_UP = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways)
@@ -32,7 +31,7 @@ def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> 
     return Step(words, remark=f"accepted after attempt {last.attempt} was {last.verdict} on {last.time[:10]}")
 
 
-def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Collection[str]) -> Step:
+def words_on_trust(contents: CertificateContent, unit: AttachedUnit, looked_up: Collection[str]) -> Step:
     """Check the sentences of the result that this program writes and that do not follow from the attachments: not
     complete if neither a store nor a list has them, for they could say anything."""
     if contents.code_sha256 != code_sha256():
@@ -44,7 +43,7 @@ def words_on_trust(contents: CertificateContent, unit: UnitFolder, looked_up: Co
         found.append("superseded")  # what an earlier attempt holds against a finding holds the unit: no store has this
     if any(given.get("certificate") for given in result.get("dispositions", ())) and "dispositions" not in looked_up:
         found.append("dispositions")  # signed about a certificate: what that stated does not follow
-    if set(result.get("nonconformances", ())) - set(in_notes(unit.notes)) and "nonconformances" not in looked_up:
+    if set(result.get("nonconformances", ())) - {*unit.nonconformances} and "nonconformances" not in looked_up:
         found.append("nonconformances")
     words = "neither the store of its bench nor a list was asked for the words of"
     return Step(f"{words} {', '.join(f'{RESULTS} {field}' for field in found)}", complete=False) if found else Step("")

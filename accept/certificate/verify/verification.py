@@ -1,6 +1,6 @@
 """Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -10,37 +10,30 @@ from typing import Any
 from cryptography import x509
 
 from accept.base import version
-from accept.base.documents.results import SIMULATED, UnitRecord, unit_word
+from accept.base.documents.results import SIMULATED, unit_word
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
 from accept.certificate.contents.statements import statements
 from accept.certificate.contents.step import Step
 from accept.certificate.contents.words import NOT_STATED
-from accept.certificate.page.fixed_parts import is_simulated
 from accept.certificate.trust import authority
-from accept.certificate.trust.keys import QA
-from accept.certificate.trust.names import same_person
+from accept.certificate.trust.approved_spec import check_spec
+from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
-from accept.certificate.verify.attachments import Rejudge
 from accept.certificate.verify.bench_check import check_bench
 from accept.certificate.verify.page_check import check_page
+from accept.certificate.verify.ports import AttachedUnit, Known, Ports
 from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.certificate.verify.structure import read_unknown
-from accept.judging.inputs import LONGEST_INPUTS, inputs_words
-from accept.judging.nonconformance import stated_words
-from accept.pictures.labels import check_label
-from accept.units.unit_folder import UNIT_FILE
+from accept.judging.decisions import stated_words
+from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words
 from checks.verdict import UnitVerdict
 from specs import plugins
-
-Known = Callable[[bytes, CertificateContent, Signed, UnitRecord | None], Sequence[Step]]
-"""Asks a store or a list about what the technician signed, its content, that signature, and the unit judged again."""
 
 
 class Validity(StrEnum):
@@ -86,10 +79,10 @@ class Verification:
         return any(s.role == QA for s in self.signatures)
 
 
-def verify(
+def verify_certificate(
     pdf: bytes,
     trust: Sequence[x509.Certificate],
-    rejudge: Rejudge | None = None,
+    ports: Ports,
     now: datetime | None = None,
     *,
     demo: bool = False,
@@ -101,77 +94,91 @@ def verify(
 ) -> Verification:
     """Verify a certificate: signatures, coverage of every byte, roles, trust, page, and result.
 
-    trust : CA certificates, the only ones trusted. rejudge : judges the attached unit again (None: it is not).
+    trust : CA certificates, the only ones trusted. ports : the bench that judges again and draws again.
     now : time of verifying; a signature from the future does not hold. demo : trust authorities of demonstrations, and
     only them. training : a simulated unit can be plainly valid, as in a demonstration; else it never is.
     records : folder with the records that were too large to attach. revoked : what the trusted authorities revoked.
     known : comparison with a bench's own store. stamping : trusted roots of time stamping authorities. Never
     raises on any bytes, and takes no longer than `accept.base.watchdog` allows for judging one unit.
     """
-    limit = judging_s()
+    limit, details = judging_s(), list[str]()
     try:
         with time_limit(limit):
-            return _verify(pdf, trust, rejudge, now, demo, training, records, revoked, known, stamping)
+            roots = _roots(trust, demo)
+            signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
+            details += _words_of_signatures(signatures)
+            signed = pdf[: signatures[0].place[2]]
+            contents = guarded("the attachments", read_unknown, attachments.read, signed)
+            unit = guarded("the attachments", attachments.unit_of, contents, ports.read_unit)
+            details += _words_of_contents(contents, signatures)
+            attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
+            signatures = doubted_by(attached, signatures)
+            revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
+            given = _Given(pdf, contents, unit, signatures, roots, revoked, demo)
+            steps, spec = _compared(given, ports, records, known, training)
+            details += [one_line(step.words) for step in steps if step.words]
     except TimeLimitExceeded:
         return Verification(Validity.NOT_VALID, f"it could not be verified within {limit:g} s", demo=demo)
-
-
-def _verify(
-    pdf: bytes,
-    trust: Sequence[x509.Certificate],
-    rejudge: Rejudge | None,
-    now: datetime | None,
-    demo: bool,
-    training: bool,
-    records: Path | None,
-    revoked: Sequence[Revoked],
-    known: Known | None,
-    stamping: Sequence[x509.Certificate],
-) -> Verification:
-    details: list[str] = []
-    try:
-        roots = _roots(trust, demo)
-        signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
-        signed = pdf[: signatures[0].place[2]]
-        if len(signatures) == 2 and same_person(signatures[0].person, signatures[1].person):
-            raise InvalidCertificate(f"{signatures[0].person} signed as technician and as quality assurance")
-        details += _words_of_signatures(signatures)
-        if plugins.packages():
-            details.append(one_line(f"plug-ins here: accept {version.program()}"))
-        contents = guarded("the attachments", read_unknown, attachments.read, signed)
-        if len(signatures) == 2 and contents.result["verdict"] != UnitVerdict.ACCEPTED:
-            details.append(f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}")
-        details += _words_of_statements(contents)
-        attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
-        signatures = doubted_by(attached, signatures)
-        revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
-        stated = guarded("what it states", check_stated, contents, signatures, demo)
-        if records is None:
-            judged = guarded("the records", attachments.within_samples, contents)
-        else:
-            judged = guarded("the records", attachments.with_records, contents, records)
-        again = None if rejudge is None else guarded("judging again", rejudge, judged)
-        benches = [] if demo else guarded("the bench", check_bench, contents, roots, revoked, signatures[0].when)
-        steps = [
-            *stated,
-            *guarded("the copies", check_copies, contents, roots, revoked),
-            *guarded("the dispositions", check_dispositions, contents, roots, revoked),
-            *benches,
-            guarded("the page", check_page, pdf, contents, signatures, roots),
-            guarded("judging again", attachments.check_result, judged, again),
-            spec_step := guarded("the spec", check_spec, contents, roots, revoked),
-            *([] if known is None else guarded("the store", known, signed, contents, signatures[0], again)),
-        ]
-        unit = guarded(UNIT_FILE, attachments.unit_of, contents)
-        # of the attached folder: a result that another program made may not say it
-        simulated = unit.header.simulated or is_simulated(contents)
-        steps += [Step(_SIMULATED, complete=demo or training)] if simulated else []
-        looked_up = {field for step in steps for field in step.looked_up}
-        steps += [] if demo else [guarded("the words", words_on_trust, contents, unit, looked_up)]
-        steps += [] if demo else [taken_on_trust(contents, looked_up)]
-        details += [one_line(step.words) for step in steps if step.words]
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
+    return _outcome(given, steps, spec, details)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """A certificate whose signatures hold, its content, and the authorities and revoked keys that count."""
+
+    pdf: bytes
+    contents: CertificateContent
+    unit: AttachedUnit
+    signatures: tuple[Signed, ...]
+    roots: Sequence[x509.Certificate]
+    revoked: Sequence[Revoked]
+    demo: bool
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the attached folder says so: a result that another program made may not."""
+        return self.unit.simulated or self.contents.simulated
+
+
+def _compared(
+    given: _Given, ports: Ports, records: Path | None, known: Known | None, training: bool
+) -> tuple[list[Step], Step]:
+    """Compare everything that is stated with its source; return all steps, and the one on the spec."""
+    contents, signatures, against = given.contents, given.signatures, (given.contents, given.roots, given.revoked)
+    stated = guarded("what it states", check_stated, contents, signatures, given.demo, ports)
+    if records is None:
+        judged = guarded("the records", attachments.within_samples, contents)
+    else:
+        judged = guarded("the records", attachments.with_records, contents, records, ports.read_record)
+    again = None if ports.rejudge is None else guarded("judging again", ports.rejudge, judged)
+    benches = [] if given.demo else guarded("the bench", check_bench, *against, signatures[0].when)
+    steps = [
+        *stated,
+        *guarded("the copies", check_copies, *against),
+        *guarded("the dispositions", check_dispositions, *against),
+        *benches,
+        guarded("the page", check_page, given.pdf, contents, signatures, given.roots, ports),
+        guarded("judging again", attachments.check_result, judged, given.unit, again),
+        spec := guarded("the spec", check_spec, *against),
+    ]
+    if known is not None:
+        signed = given.pdf[: signatures[0].place[2]]
+        steps += guarded("the store", known, signed, contents, signatures[0], again)
+    if given.simulated:
+        steps.append(Step(_SIMULATED, complete=given.demo or training))
+    if not given.demo:
+        looked_up = {field for step in steps for field in step.looked_up}
+        steps += [
+            guarded("the words", words_on_trust, contents, given.unit, looked_up),
+            taken_on_trust(contents, looked_up),
+        ]
+    return steps, spec
+
+
+def _outcome(given: _Given, steps: Sequence[Step], spec: Step, details: Sequence[str]) -> Verification:
+    contents, signatures = given.contents, given.signatures
     lacking = [step.words for step in steps if not step.complete] + [s.doubt for s in signatures if s.doubt]
     doubts = [*(s.remark for s in steps if s.remark), *lacking]
     seen = [step.current for step in steps if step.current is not None]
@@ -181,8 +188,8 @@ def _verify(
     return Verification(
         Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
         str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
-        contents.provenance.get("head"), demo, spec_step.complete and not spec_step.remark,
-        all(seen) if seen else None, simulated, held, authorised,
+        contents.provenance.get("head"), given.demo, spec.complete and not spec.remark,
+        all(seen) if seen else None, given.simulated, held, authorised,
     )  # fmt: skip
 
 
@@ -226,13 +233,17 @@ def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certifica
 def _words_of_signatures(signatures: Sequence[Signed]) -> list[str]:
     words = "signed by {0.person} as {0.role} on {0.when:%Y-%m-%d %H:%M:%S %Z}".format
     lines = [line for s in signatures for line in (words(s), _words_of_time(s))]
-    return lines if len(signatures) == 2 else [*lines, "countersignature by quality assurance: open"]
+    lines += [] if len(signatures) == 2 else ["countersignature by quality assurance: open"]
+    return [*lines, one_line(f"plug-ins here: accept {version.program()}")] if plugins.packages() else lines
 
 
-def _words_of_statements(contents: CertificateContent) -> list[str]:
+def _words_of_contents(contents: CertificateContent, signatures: Sequence[Signed]) -> list[str]:
+    lines = []
+    if len(signatures) == 2 and contents.result["verdict"] != UnitVerdict.ACCEPTED:
+        lines.append(f"disposition by {signatures[-1].person}: {signatures[-1].disposition or NOT_STATED}")
     said = guarded("the statements", statements, contents)
     used = guarded("the inputs of its findings", inputs_words, contents.result)
-    lines = [one_line(f"{name.lower()}: {words}", LONGEST_INPUTS) for name, words in said.items() if words]
+    lines += [one_line(f"{name.lower()}: {words}", LONGEST_INPUTS) for name, words in said.items() if words]
     return lines + [one_line(f"inputs of {check_label(c)}: {words}", LONGEST_INPUTS) for c, words in used.items()]
 
 

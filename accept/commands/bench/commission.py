@@ -11,7 +11,7 @@ from accept.base.atomic_files import write_atomic
 from accept.base.console import operator_name, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate.trust import commissioning, keys
+from accept.certificate.trust import authority, commissioning, keys
 from accept.commands.answer import Answer, Remark, command, refusal
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path
 from accept.commands.trust.bench_keys import passphrase_of
@@ -74,7 +74,7 @@ def commission(
 def _credential() -> keys.Credential | None:
     """Return the technician's key, if the bench has one and its passphrase is given."""
     try:
-        return keys.unlock(home(), keys.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
+        return keys.unlock(home(), authority.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
     except keys.KeysError as e:
         say(f"not signed: {e}")
         return None

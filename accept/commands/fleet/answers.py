@@ -10,6 +10,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from accept.base.console import stdout
+from accept.base.names import shown_name
 from accept.commands.answer import File, Remark, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
@@ -18,7 +19,6 @@ from accept.fleet.measurements import GOLDEN, day, is_between
 from accept.fleet.yields import VOID
 from accept.judging.golden import not_counted
 from accept.pictures.labels import label_and_name, label_of
-from accept.store import shown_name
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
 MOST_NAMED = 10  # void attempts in one line

@@ -21,7 +21,8 @@ from accept.fleet.measurements import (
     latest,
     measurements,
 )
-from accept.judging.nonconformance import standing, words_of
+from accept.judging.decisions import words_of
+from accept.judging.nonconformance import standing
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
 from checks.rounding import rounded, rounded_U

@@ -5,7 +5,7 @@ The JSON is {"responses": [...]}, each as `accept.analysis.record_responses.to_j
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from json import dumps
 from pathlib import Path
@@ -28,7 +28,7 @@ from accept.analysis.record_responses import (
     universal_file,
 )
 from accept.commands.answer import Answer, File, Remark, command, picture, table
-from accept.commands.physics.frf_options import FrfOutputs, HammerOptions, ResponseOptions, SourceOptions
+from accept.commands.options import Csv, Json, Plot
 from checks.errors import RecordError
 from checks.picture import Line, Panel
 from checks.record import Record
@@ -36,6 +36,76 @@ from checks.rounding import fixed, rounded, rounded_U
 from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
 from hw.records import Content, content_of
 from specs.bench import ChannelSource, load_bench
+
+
+@dataclass(frozen=True)
+class SourceOptions:
+    """How the channels of the files are called, and their time."""
+
+    input: Annotated[
+        str | None, typer.Option(help="Channel that drives; all others are outputs. Default: Va, of a hammer Track1.")
+    ] = None
+    map: Annotated[
+        list[str] | None, typer.Option(help="Channel of the file under another name: Va=AI0. Repeat for more.")
+    ] = None
+    ts: Annotated[float | None, typer.Option(help="Sampling time [s] where the file has no time vector.")] = None
+    bench: Annotated[Path | None, typer.Option(help="Bench file: channels, gains and sampling time of its [rig].")] = (
+        None
+    )
+
+
+@dataclass(frozen=True)
+class HammerOptions:
+    """A hammer test, and the rules by which its hits are good: the defaults are those of the check spurious_modes."""
+
+    hammer: Annotated[
+        bool, typer.Option("--hammer", help="Hits of a hammer: the average over all good ones of all records.")
+    ] = False
+    block_s: Annotated[float, typer.Option(min=1e-3, help="Longest block after a hit [s].")] = 4.0
+    window_decay: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Decay rate [1/s] of the exponential window; default: what a cut decay needs."),
+    ] = None
+    double_hit_ms: Annotated[
+        float, typer.Option(min=0.0, help="A second peak within this many ms makes a double hit.")
+    ] = 100.0
+    double_hit_share: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="A second peak counts from this part of the first one.")
+    ] = 0.03
+    ringing_samples: Annotated[
+        float, typer.Option(min=0.0, help="Samples for which the analyser's filter rings after a hit.")
+    ] = 5.0
+    force_range_N: Annotated[
+        float | None, typer.Option("--force-range-N", help="Range of the force sensor: beyond, a hit is an overload.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class ResponseOptions:
+    """Statements that a file of responses lacks, and a response to compare with."""
+
+    averages: Annotated[
+        float | None, typer.Option(help="Averages behind the coherence that a file of responses states.")
+    ] = None
+    noise: Annotated[float | None, typer.Option(help="Relative noise of a response whose file states none: 0.005.")] = (
+        None
+    )
+    against: Annotated[
+        Path | None, typer.Option(help="File of responses to compare with: .uff, .mat, .csv or .json.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class FrfOutputs:
+    """What to write."""
+
+    json: Json = None
+    csv: Csv = None
+    mat: Annotated[Path | None, typer.Option(help="MATLAB file to write, with the fields of an frd object.")] = None
+    plot: Plot = None
+    uff: Annotated[Path | None, typer.Option(help="Universal file (data set 58) to write.")] = None
+    html: Annotated[Path | None, typer.Option(help="Interactive plot, one page (extra `site`).")] = None
+
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
 FORCE = "Track1"  # of a hammer, as the analyser of the bench stores it

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,33 +13,21 @@ from accept.base.console import say, tell
 from accept.base.exit_codes import Exit
 from accept.base.progress import steps
 from accept.base.runner import GivenUp
-from accept.base.worker_process import too_large
 from accept.batch.executors import run_jobs
 from accept.commands.answer import Answer, File, command
 from accept.commands.options import ClusterAt, StartModelName
-from accept.gap import analyse_unit
-from accept.gap.fleet import SETTLED, common, lines
-from accept.gap.summary import summary
-from accept.gap.text import REFUSED
+from accept.gap import GapJob, are_settled, common, lines
 from accept.models.model_file import default_model
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
 from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
-from checks.errors import ModelError, RecordError
-from checks.gap import GapRefused, effect_named
+from checks.errors import RecordError
+from checks.gap import effect_named
 
 FILE_TOO_LITTLE = (
     "is a file; the gap analysis compares with a second realisation that was not fitted and asks the records "
     "themselves, so it needs a unit folder. `accept model fit` and `accept misalign` take a file of responses"
 )
-
-
-@dataclass(frozen=True, eq=False)
-class GapAnswer:
-    """gap.json, and lines for a person."""
-
-    document: Mapping[str, Any]
-    words: Sequence[str]
 
 
 @command
@@ -76,8 +63,7 @@ def run(
     done = [document for one in folders if (document := found[one.serial]) is not None]
     if not done:
         return Answer(exit=Exit.BAD_INPUT)
-    verdicts = {each["verdict"] if each else REFUSED for each in found.values()}
-    exit = Exit.ACCEPTED if verdicts <= set(SETTLED) else Exit.INCOMPLETE
+    exit = Exit.ACCEPTED if are_settled(found.values()) else Exit.INCOMPLETE
     if not fleet:
         return Answer(exit=exit)
     shared = common(done)
@@ -100,36 +86,13 @@ def _units(paths: Sequence[Path]) -> list[UnitFolder]:
     return list(units.values())
 
 
-@dataclass(frozen=True)
-class GapJob:
-    """The gap analysis of a unit, here or in a worker; its files go into `out`."""
-
-    unit: UnitFolder
-    out: Path
-    model: str
-    without: tuple[str, ...] = ()
-    empirical: bool = False
-    html: bool = False
-
-    def run(self) -> GapAnswer | str:
-        """Return the answer, or the reason if there is no answer."""
-        serial = self.unit.serial
-        try:
-            done = analyse_unit.analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))
-        except (GapRefused, ModelError, RecordError, UnitError) as e:
-            return str(e)
-        except MemoryError:
-            return too_large()
-        added = analyse_unit.write(done, self.out, self.empirical, self.html)
-        return GapAnswer(done.document, summary(serial, done.result, added))
-
-
-def _print_answer(serial: str, given: GapAnswer | str | GivenUp, place: Path, html: bool) -> Mapping[str, Any] | None:
-    """Print the answer, or why the unit was refused, and return gap.json, None if it was refused."""
-    if not isinstance(given, GapAnswer):
+def _print_answer(serial: str, given: Any, place: Path, html: bool) -> Mapping[str, Any] | None:
+    """Print the answer of a job, or why the unit was refused, and return gap.json, None if it was refused."""
+    if isinstance(given, str | GivenUp):
         words = str(given)
         say(f"accept: {words if words.startswith(f'{serial}:') else f'{serial}: {words}'}")
         return None
     tell(*given.words)
     say(f"{place}: {'gap.html, ' if html else ''}gap.json, gap.pdf, model.toml written")
-    return given.document
+    document: Mapping[str, Any] = given.document
+    return document

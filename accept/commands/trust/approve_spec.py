@@ -7,7 +7,7 @@ import typer
 
 from accept.base.home import home
 from accept.certificate.trust import keys, spec_approval
-from accept.certificate.trust.keys import QA
+from accept.certificate.trust.authority import QA
 from accept.commands.answer import Answer, command
 from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, passphrase_of, warn_of_home

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from accept.base.console import say
 from accept.base.home import home
-from accept.base.operator_name import operator_name
+from accept.base.names import operator_name, same_person
 from accept.certificate.trust import authority, keys
-from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
-from accept.certificate.trust.names import same_person
+from accept.certificate.trust.authority import TECHNICIAN
+from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
 from accept.judging.decisions import Signer
@@ -101,7 +101,7 @@ def who_acts(given: str | None) -> str:
     if found is None:
         return name
     role, person = authority.role_of(found), authority.person_of(found)
-    variable = QA_PASSPHRASE if role == keys.QA else keys.PASSPHRASE
+    variable = QA_PASSPHRASE if role == authority.QA else keys.PASSPHRASE
     try:
         phrase = passphrase_of(None, f"passphrase of {person} ({role}): ", variable)
         return keys.unlock(home(), role, phrase, person).person
@@ -175,7 +175,7 @@ def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
     warn_of_home(home())
     passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
     check_reason(reason, passphrase)
-    credential = keys.unlock(home(), keys.QA, passphrase)
+    credential = keys.unlock(home(), authority.QA, passphrase)
     if credential.key is None:
         raise KeysError("no key found to sign a decision with")
     return Signer(credential.key, credential.certificate)

@@ -9,13 +9,10 @@ from accept.base.console import say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.plain_text import one_line
-from accept.certificate.certify import sign_into
-from accept.certificate.contents.disposition import parse_disposition
+from accept.certificate import Validity, parse_disposition, read_certificate, sign_into
 from accept.certificate.trust import keys
-from accept.certificate.trust.keys import QA
+from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation_record import store_is_there
-from accept.certificate.verify.rejudge import read_certificate
-from accept.certificate.verify.verification import Validity
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import QA_PASSPHRASE, check_reason, passphrase_of, warn_of_home

@@ -14,7 +14,7 @@ from accept.base.console import operator_name
 from accept.base.documents.listings import KeyList, KeyListed
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
-from accept.certificate.trust.keys import BENCH, QA
+from accept.certificate.trust.authority import BENCH, QA
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
 from accept.commands.answer import Answer, File, Remark, command, table

@@ -14,13 +14,9 @@ from accept.base.documents.listings import EventList, EventListed, StoreChecked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.plain_text import one_line
-from accept.certificate.contents.disposition import DispositionError, parse_disposition
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import DispositionError, InvalidCertificate, parse_disposition, read_certificate, read_contents
 from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
-from accept.certificate.verify import attachments
-from accept.certificate.verify.rejudge import read_certificate
-from accept.certificate.verify.structure import read_unknown
 from accept.commands.answer import STDOUT, Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
@@ -70,7 +66,7 @@ def _kept_head(path: Path) -> StoreHead:
     content = read_certificate(path)
     try:
         if content.startswith(b"%PDF-"):
-            stated: Mapping[str, Any] | None = read_unknown(attachments.read, content).provenance.get("head")
+            stated: Mapping[str, Any] | None = read_contents(content).provenance.get("head")
         else:
             stated = jsonlib.loads(content)
         if stated is None:

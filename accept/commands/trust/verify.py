@@ -8,21 +8,24 @@ from typing import Annotated
 import typer
 
 from accept.base.documents.listings import SignatureVerified, VerificationDocument
-from accept.base.documents.results import SIMULATED, UnitRecord
+from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import busy
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.step import Step
+from accept.certificate import (
+    ListsBeside,
+    Validity,
+    Verification,
+    at_bench,
+    ports,
+    read_certificate,
+    rejudge,
+    rejudge_demo,
+    trusted_lists,
+    verify_certificate,
+)
 from accept.certificate.trust import keys
-from accept.certificate.trust.published_list import BenchList
 from accept.certificate.trust.revocation import beside
-from accept.certificate.verify.against_list import check_list, trusted_lists
-from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.rejudge import read_certificate, rejudge, rejudge_demo
-from accept.certificate.verify.revocation_check import ListsBeside
-from accept.certificate.verify.signatures import Signed
-from accept.certificate.verify.verification import Known, Validity, Verification, verify
 from accept.commands.answer import Answer, File, Remark, command
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
@@ -131,20 +134,7 @@ def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
     stamping = [keys.certificate_of(path) for path in options.tsa_trust or ()] or keys.stamping_roots(place)
     beside_trust = ListsBeside({} if options.demo else {beside(p): ca for p, ca in zip(paths, trust, strict=True)})
     lists = trusted_lists(options.log, trust) if options.log else None
-    return verify(
-        pdf, trust, judge, demo=options.demo, records=options.records, revoked=beside_trust.entries,
-        known=None if options.demo else _store_and_lists(beside_trust, lists), stamping=stamping,
+    return verify_certificate(
+        pdf, trust, ports(judge), demo=options.demo, records=options.records, revoked=beside_trust.entries,
+        known=None if options.demo else at_bench(beside_trust, lists), stamping=stamping,
     )  # fmt: skip
-
-
-def _store_and_lists(beside_trust: ListsBeside, lists: Sequence[BenchList] | None) -> Known:
-    """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
-    published lists if any are given."""
-
-    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
-        listed = [] if lists is None else check_list(signed, contents, by.when, lists, beside_trust.entries)
-        return [
-            *check_store(signed, contents, by, again), *beside_trust.steps(contents, lists or ()), *listed
-        ]  # fmt: skip
-
-    return ask

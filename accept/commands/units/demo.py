@@ -8,27 +8,25 @@ import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.child_processes import process_pool
 from accept.base.console import operator_name, say, tell
-from accept.base.documents.results import UnitRecord
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.progress import steps
 from accept.batch import judge_batch
 from accept.batch.judge_batch import CERTIFICATES, BatchRequest
 from accept.batch.table import reasons, simulated, units_table
-from accept.certificate.verify.rejudge import is_valid_demo, ready
+from accept.certificate import is_valid_demo, ready
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
-from accept.fleet.population.learn import learn, measured_units
-from accept.fleet.population.report import lines, shifts, write_population
-from accept.gap.text import gap_of, in_order, one_line, symbol, unit, words_of
+from accept.fleet import learn, lines, measured_units, shifts, write_population
+from accept.gap import beside_truth
 from accept.judging.judge_unit import load_spec
 from accept.models.model_file import open_model_file
 from accept.simulate import published_units, write
@@ -75,7 +73,7 @@ def run(
         *reasons(report.units),
         Remark(f"certificates: {sum(valid)} of {len(valid)} verified, in {out / CERTIFICATES}"),
         Remark(f"results: {out / 'results.json'}, results.csv, junit.xml ({time.monotonic() - began:.1f} s)"),
-        *(_outcome_line(strut, truth) for strut in struts),
+        *(f"{strut.serial}: {beside_truth(strut.gap or {}, truth)}" for strut in struts),
         exit=Exit.ACCEPTED if all(valid) and named == [list(truth)] else Exit.REJECTED,
     )
 
@@ -98,20 +96,3 @@ def _hidden_effects(unit: Path) -> dict[str, Mapping[str, float]]:
     """Return the effects of a simulated unit, which must be read only after the analysis."""
     truth = json.loads((unit / TRUTH_FILE).read_text())
     return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}
-
-
-def _outcome_line(strut: UnitRecord, truth: Mapping[str, Mapping[str, float]]) -> str:
-    """Return a line with the hidden and the named effects, the improved model, and the gap before and after."""
-    found = strut.gap or {}
-    if not found.get("named"):
-        return f"{strut.serial}: {one_line(found)} (hidden: {', '.join(truth)})"
-    named = "; ".join(_comparison_words(n, truth.get(n["effect"], {})) for n in found["named"])
-    return f"{strut.serial}: {named}, added to the model ({found['improved']}); G of {gap_of(found)}"
-
-
-def _comparison_words(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
-    names = in_order(named)
-    effect, found = named["effect"], named["parameters"]
-    values = ", ".join(f"{symbol(effect, k)} {round(found[k]['value'])} {unit(effect, k)}".rstrip() for k in names)
-    true = ", ".join(f"{truth[k]:.0f}" if k in truth else "none" for k in names)
-    return f"{words_of(named['effect'])} {values} named (truth {true})"

@@ -11,12 +11,13 @@ from accept.base.exit_codes import of_verdicts
 from accept.base.home import home
 from accept.base.progress import busy
 from accept.batch.pipeline import Pipeline, ReasonError, spec_for
+from accept.batch.services import JudgingServices
 from accept.batch.table import reasons
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.batch import specs_for
 from accept.commands.units.options import ReportOptions
-from accept.gap.text import one_line
+from accept.gap import one_line
 from accept.store import open_store
 from accept.units import unit_folder
 from specs.bench import load_bench
@@ -40,9 +41,8 @@ def run(unit: Annotated[Path, typer.Argument(help="Unit folder.")], wanted: Repo
             store,
             {folder.kind: chosen},
             who,
-            credential=credential,
+            JudgingServices(store, who, credential, wanted.model),
             bench_file=bench_file,
-            model=wanted.model,
             confirm=confirm,
             reason=wanted.reason,
             ask_reason=ask,

@@ -119,14 +119,13 @@ def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
 def _is_complete(spec: Spec, folder: Path | None, words: list[str]) -> bool:
     """Return whether certificates of a spec lack nothing, and add lines about what they lack. Raises SpecError,
     UnitError."""
-    from accept.certificate.contents.iso17025 import missing
-    from accept.certificate.contents.laboratory import FILE, laboratory_of
+    from accept.certificate import LABORATORY_FILE, laboratory_of, missing_statements
     from accept.units import unit_folder
 
-    found = missing(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
+    found = missing_statements(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
     words += [f"{spec.name}: {each.words}" for each in found]
-    if any(each.where.startswith(FILE) for each in found):
-        words.append(Remark(f"{FILE} belongs into the folder of the bench: {home() / FILE}"))
+    if any(each.where.startswith(LABORATORY_FILE) for each in found):
+        words.append(Remark(f"{LABORATORY_FILE} belongs into the folder of the bench: {home() / LABORATORY_FILE}"))
     if not found:
         words.append(f"{spec.name}: everything that ISO/IEC 17025 7.8 asks a laboratory to state is stated")
     return not found

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from accept.base.progress import steps
-from accept.gap.responses import Responses, responses
+from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, as_weighed
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError

@@ -26,9 +26,9 @@ from accept.models.model_file import write_model
 from accept.models.value_labels import value_label
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
-from accept.pictures.pdf.figure_row import FigureRow
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
+from accept.pictures.pdf.panels import FigureRow
 from checks.model import LATENCIES
 from checks.picture import Band, Line, Mark, Panel
 from checks.population import BatchMember

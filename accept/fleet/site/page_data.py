@@ -11,6 +11,7 @@ from urllib.parse import quote
 import numpy as np
 import pandas as pd
 
+from accept.base.names import shown_name
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
 from accept.fleet.measurements import (
@@ -24,11 +25,11 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
-from accept.judging.nonconformance import stated_words
+from accept.judging.decisions import stated_words
 from accept.judging.voids import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
-from accept.store import Store, fold, shown_name
+from accept.store import Store, fold
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.rounding import rounded, rounded_U

@@ -8,8 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap.findings import G_NOTE, findings
-from accept.gap.text import REFUSED, gap_number, headline_of_document
+from accept.gap import G_NOTE, REFUSED, findings, gap_number, headline_of_document
 from accept.pictures import signs
 from accept.pictures.blocks import Role
 from accept.store import Event

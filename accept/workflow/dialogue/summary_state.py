@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Protocol
 
 from accept.base.documents.results import UnitRecord
+from accept.base.names import shown_name
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.pictures.labels import label_of
-from accept.store import Signature, shown_name
+from accept.store import Signature
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.workflow.dialogue import turn
 from accept.workflow.steps.status import Status, of_findings

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
-from accept.units import folder_header
+from accept.base import spelling
 from checks.declare import Measured, Scalar, Vector
 from specs.errors import AcceptError
 from specs.spec import Limit, Spec, SpecDocument
@@ -145,7 +145,7 @@ def is_described(serial: str, spec: Spec) -> bool:
 
 def serial_problem(serial: str, spec: Spec) -> str | None:
     """Return why a serial is not valid for a unit of this spec, None if it is."""
-    if problem := folder_header.serial_problem(serial):
+    if problem := spelling.serial_problem(serial):
         return problem
     if _ATTEMPT.search(serial):
         return "ends as the name of a later attempt's certificate does"

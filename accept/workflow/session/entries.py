@@ -1,9 +1,12 @@
 """Entries at a unit: values that are typed or read, notes, and steps that are measured anew."""
 
+import io
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from accept.base.atomic_files import write_atomic
 from accept.store import Event
 from accept.store.payloads import (
     NotedFile,
@@ -17,10 +20,42 @@ from accept.store.payloads import (
 from accept.units import attach
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words
 from accept.workflow.instruments.port import InstrumentPort, reading
-from accept.workflow.session import print_picture
 from accept.workflow.session.unit import OpenUnit
 from checks.declare import Input, Measured, Scalar
 from hw.errors import InstrumentError
+
+_MOST_PIXELS = 1200  # of the longer side: 150 to the inch on the width of the page
+_QUALITY = 80  # of the JPEG; such a picture has 100 to 300 kB
+
+
+def scaled(path: Path) -> bytes:
+    """Return a photo as a small JPEG, upright and without what the camera wrote beside it. Raises EntryError if it is
+    no picture, OSError if it cannot be read."""
+    from PIL import Image, ImageOps, UnidentifiedImageError  # loads slowly: only when a picture is printed
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            with Image.open(path) as photo:
+                upright = ImageOps.exif_transpose(photo).convert("RGB")
+    except (UnidentifiedImageError, Image.DecompressionBombWarning, Image.DecompressionBombError, ValueError) as e:
+        raise EntryError(f"{path.name}: no picture that can be printed; keep it as a file without printing it") from e
+    upright.thumbnail((_MOST_PIXELS, _MOST_PIXELS))
+    small = io.BytesIO()
+    upright.save(small, "JPEG", quality=_QUALITY, optimize=True)
+    return small.getvalue()
+
+
+def keep(picture: bytes, folder: Path, name: str) -> str:
+    """Write the scaled picture beside the file that it was made of; return its name."""
+    shown = f"{Path(name).stem}.print.jpg"
+    number = 1
+    while (folder / shown).exists() and (folder / shown).read_bytes() != picture:
+        number += 1
+        shown = f"{Path(name).stem}.print-{number}.jpg"
+    write_atomic(folder / shown, picture)
+    return shown
+
 
 NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
 _FILE_BYTES = 200_000_000  # of one of them
@@ -96,9 +131,9 @@ class Entries:
         self._unit.refuse([text])
         kept = []
         for path in files:
-            scaled = print_picture.scaled(path) if printed else b""  # a file that is no picture stops here
+            picture = scaled(path) if printed else b""  # a file that is no picture stops here
             name, digest = attach.copy_in(path, folder, _FILE_BYTES)
-            shown = f"{NOTES_FOLDER}/{print_picture.keep(scaled, folder, name)}" if scaled else ""
+            shown = f"{NOTES_FOLDER}/{keep(picture, folder, name)}" if picture else ""
             kept.append(NotedFile(name, digest, str(path), shown))
         return self._unit.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
 

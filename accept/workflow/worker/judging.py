@@ -7,11 +7,11 @@ from typing import Any, TypeVar, cast
 
 from accept.base.documents.results import UnitRecord
 from accept.base.version import code_sha256
-from accept.batch.job import Judgement, UnitJob
+from accept.batch.job import UnitJob
 from accept.batch.pipeline import Pipeline
-from accept.gap import analyse_unit
-from accept.gap.attach_to_result import NO_ANSWER, with_explanation
-from accept.gap.start_model import StartModel
+from accept.batch.ports import Judgement
+from accept.batch.services import JudgingServices
+from accept.gap import explain_folder, with_explanation
 from accept.judging.calibration import Statement
 from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import default_model
@@ -26,7 +26,6 @@ from accept.workflow.steps.section import note_lines
 from accept.workflow.steps.status import state_of
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
-from checks.gap import gap_panels
 from specs.spec import Spec
 from specs.strict import SpecError
 
@@ -100,7 +99,9 @@ def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
 
 
 def _pipeline(session: Session, spec: Spec) -> Pipeline:
-    return Pipeline(session.store, {spec.kind: spec}, session.operator, bench_file=session.stated, place=session.home)
+    services = JudgingServices(session.store, session.operator, place=session.home)
+    specs = {spec.kind: spec}
+    return Pipeline(session.store, specs, session.operator, services, bench_file=session.stated, place=session.home)
 
 
 def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
@@ -108,17 +109,7 @@ def _judge(_: Say, folder: Path, spec: Spec, stated: Statement | None) -> UnitRe
 
 
 def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
-    """Return the answer of the gap workflow, or why it gives none; writes gap.json, gap.pdf and model.toml below the
-    folder."""
-    name = spec.gap.model if spec.gap else default_model(spec.kind)
-    start = StartModel.at(name)
-    try:
-        done = analyse_unit.analyse(folder, name, say=say)
-    except NO_ANSWER as e:
-        return start.refused(str(e)), {}
-    say("writing")
-    analyse_unit.write(done, folder / "gap")
-    return start.answer(done.document), gap_panels(done.result)
+    return explain_folder(folder, spec.gap.model if spec.gap else default_model(spec.kind), say)
 
 
 def judgement_of_result(name: str, result: UnitRecord, state: StepState, spec_name: str) -> StepJudged:

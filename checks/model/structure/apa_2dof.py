@@ -16,9 +16,7 @@ _BOTTOM, _APA, _KA = slice(0, 6), 6, 7
 _SIZE = 8  # coordinates: six motions of the bottom, the elongation of the shell, that of ka
 
 
-def two_dof_body(
-    k: float, ke: float, ka: float, c: float, ce: float, ca: float, height: float, name: str = "2dof"
-) -> ApaBody:
+def two_dof_body(k: float, ke: float, ka: float, c: float, ce: float, ca: float, height: float) -> ApaBody:
     """Return the APA of two degrees of freedom. k, ke, ka [N/m], c, ce, ca [N s/m]; height [m] between the interfaces.
 
     The stacks lie across the axis: when they push, the APA shrinks. So a positive force pair pulls ka together, and the
@@ -38,7 +36,7 @@ def two_dof_body(
         k_sensor=ke,
         k_actuator=ka,
         height=height,
-        name=name,
+        name="2dof",
     )
 
 

@@ -13,7 +13,7 @@ from checks.errors import ModelError
 from checks.model.channel_paths import lowpass_poles
 from checks.model.dynamics.complex_modes import FAST, Modal
 from checks.model.electrical import PICKUP_TO_HZ, electrical_of
-from checks.model.model import PRIOR_ONLY, Model, Values
+from checks.model.model import Model, Values
 from checks.model.unidentified import Pair, element_of
 
 STILL = 1e-12  # of the largest part: a pole that shows less is not worth its time
@@ -91,9 +91,9 @@ def pair(pole: Pair, zero: Pair) -> Fractions:
     return Fractions(np.array([p]), np.array([2.0 * at_pole * w * w / (2j * p.imag)]), (w / v) ** 2)
 
 
-def paths(model: Model, changes: Values = PRIOR_ONLY) -> dict[str, Fractions]:
+def paths(model: Model) -> dict[str, Fractions]:
     """Return for every channel the path from Va at the DAC to it, without the delay. Raises ModelError."""
-    values, form = model.with_values(changes).values, model.modal(changes)
+    values, form = model.values, model.modal()
     e = electrical_of(values)
     forces = {c: _motion_fractions(form, c).scaled(e.gain * e.ga) for c in form.channels}
     mode: Fractions | None = None

@@ -8,7 +8,7 @@ import numpy as np
 from checks.arrays import Array, Complex
 from checks.model.channel_paths import LATENCIES
 from checks.model.electrical import electrical_of
-from checks.model.model import PRIOR_ONLY, Model, Values
+from checks.model.model import Model
 from checks.model.time.partial_fractions import STILL, paths
 
 
@@ -42,11 +42,10 @@ class StateSpace:
         return f"StateSpace({self.name}: {len(self.A)} states, {self.input} -> {', '.join(self.outputs)}{delays})"
 
 
-def state_space(model: Model, changes: Values = PRIOR_ONLY) -> StateSpace:
+def state_space(model: Model) -> StateSpace:
     """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
     fractions."""
-    found = paths(model, changes)
-    values = model.with_values(changes).values
+    found, values = paths(model), model.values
     poles = np.unique(np.concatenate([each.poles for each in found.values()]))
     residues = np.zeros((len(found), poles.size), complex)
     direct = np.zeros(len(found))

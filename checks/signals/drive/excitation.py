@@ -8,14 +8,113 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
 from scipy import fft
 
-from checks.arrays import Array
-from checks.signals.drive import multisine as ms
-from checks.signals.drive.ramps import fade, ramp
+from checks.arrays import Array, Complex
 from checks.signals.drive.shapes import AmplitudeShape, Flat
 from specs.bench import DAC_V, STACK_V
 from specs.errors import AcceptError
+
+_FAST, _SLOW, _REST = 0.2, 0.7, 0.9  # velocity is up at, falls from, and is zero again at these shares of the ramp
+_AREA = 0.7  # under a trapezoid of height one
+
+
+def trapezoid(s: Array) -> Array:
+    """Return the share 0..1 of the way at the share s (N,) of the time: the integral of a trapezoid of velocity, which
+    rises until 0.2, is constant until 0.7, falls until 0.9 and rests ([STB] 7.4). Value and velocity are continuous."""
+    s = np.clip(s, 0.0, 1.0)
+    rising = np.minimum(s, _FAST) ** 2 / (2 * _FAST)
+    steady = np.clip(s - _FAST, 0.0, _SLOW - _FAST)
+    left = np.clip(_REST - s, 0.0, _REST - _SLOW)
+    falling = ((_REST - _SLOW) ** 2 - left**2) / (2 * (_REST - _SLOW))
+    return np.asarray((rising + steady + falling) / _AREA)
+
+
+def ramp(start: float, end: float, duration_s: float, fs: float) -> Array:
+    """Return a ramp (N,) from start to end in duration_s [s] at fs [Hz]; the last sample is exactly the end."""
+    n = round(duration_s * fs)
+    if n < 2:
+        return np.empty(0)
+    share = trapezoid(np.arange(n) / (n - 1))
+    return np.asarray(np.where(share >= 1.0, end, start + (end - start) * share))
+
+
+def fade(n: int, samples: int) -> Array:
+    """Return a window (n,): ones, with a half cosine from 0 over the first samples and back to 0 over the last."""
+    if samples < 1:
+        return np.ones(n)
+    k = np.arange(n)
+    edge = np.minimum(np.minimum(k, n - 1 - k) / samples, 1.0)
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * edge))
+
+
+LINES = ("all", "odd")
+
+
+@dataclass(frozen=True, eq=False)
+class MultisinePeriod:
+    """Period of a multisine. x (N,) one period, of rms one; lines (L,) its harmonics of 1/N."""
+
+    x: Array
+    lines: NDArray[np.intp]
+
+    @property
+    def crest(self) -> float:
+        """Return the crest factor: peak over rms."""
+        return float(np.max(np.abs(self.x)) / np.sqrt(np.mean(self.x**2)))
+
+
+def harmonics(n: int, fs: float, band_Hz: tuple[float, float], lines: str) -> NDArray[np.intp]:
+    """Return the lines of a period of n samples inside the band; "odd" leaves the even ones free to show even
+    distortion ([PS12] 4.3). Raises ValueError if no line is left."""
+    if lines not in LINES:
+        raise ValueError(f"lines '{lines}' are not known (known: {', '.join(LINES)})")
+    first, last = int(np.ceil(band_Hz[0] * n / fs - 1e-9)), int(np.floor(band_Hz[1] * n / fs + 1e-9))
+    found = np.arange(max(first, 1), min(last, (n - 1) // 2) + 1)
+    found = found[found % 2 == 1] if lines == "odd" else found
+    if found.size == 0:
+        raise ValueError(f"no {lines} line of {fs / n:.4g} Hz lies between {band_Hz[0]:g} and {band_Hz[1]:g} Hz")
+    return found
+
+
+def random_phase(n: int, fs: float, lines: NDArray[np.intp], shape: AmplitudeShape, rng: Generator) -> MultisinePeriod:
+    """Return one period of n samples: amplitudes by the shape, phases uniform and independent, rms one."""
+    amplitude = shape.gain(lines * fs / n)
+    return _period(n, lines, amplitude * np.exp(2j * np.pi * rng.random(lines.size)))
+
+
+def compress_crest(period: MultisinePeriod, iterations: int) -> MultisinePeriod:
+    """Return the same amplitudes with phases of a lower crest factor, by clipping and taking back the amplitudes
+    ([OSR88]). The best of all iterations; never worse than the start."""
+    n, lines = period.x.size, period.lines
+    amplitude = np.abs(fft.rfft(period.x)[lines])
+    best = current = period
+    for k in range(iterations):
+        peak = np.max(np.abs(current.x))
+        clipped = np.clip(current.x, *(np.array([-1, 1]) * peak * (0.75 + 0.2 * k / max(iterations - 1, 1))))
+        phase = np.angle(fft.rfft(clipped)[lines])
+        current = _period(n, lines, amplitude * np.exp(1j * phase))
+        best = min(best, current, key=lambda p: p.crest)
+    return best
+
+
+def from_zero(period: MultisinePeriod) -> MultisinePeriod:
+    """Return the same period from its gentlest rise through zero, so that it follows a constant without a step."""
+    x, following = period.x, np.roll(period.x, -1)
+    rising = np.flatnonzero((x <= 0) & (following > 0))
+    cost = np.abs(x[rising]) + np.abs(following[rising] - x[rising])
+    start = int(rising[np.argmin(cost)]) if rising.size else 0
+    return MultisinePeriod(np.roll(x, -start), period.lines)
+
+
+def _period(n: int, lines: NDArray[np.intp], amplitude: Complex) -> MultisinePeriod:
+    spectrum = np.zeros(n // 2 + 1, dtype=np.complex128)
+    spectrum[lines] = amplitude
+    x = fft.irfft(spectrum, n)
+    return MultisinePeriod(x / np.sqrt(np.mean(x**2)), lines)
+
 
 MAX_SAMPLES = 20_000_000  # half an hour at 10 kHz; 160 MB as doubles
 MAX_CREST = 10_000  # iterations: after a few hundred the crest factor stands still
@@ -167,11 +266,11 @@ class Rig:
         n = _samples(self, 1.0 / resolution_Hz)
         _samples(self, (periods + lead_in) / resolution_Hz)
         try:
-            chosen = ms.harmonics(n, self.fs, (f_start_Hz, f_end_Hz), lines)
+            chosen = harmonics(n, self.fs, (f_start_Hz, f_end_Hz), lines)
         except ValueError as e:
             raise ExcitationError(str(e)) from e
-        one = ms.random_phase(n, self.fs, chosen, shape or Flat(), _rng(seed))
-        one = ms.from_zero(ms.compress_crest(one, crest_iterations))
+        one = random_phase(n, self.fs, chosen, shape or Flat(), _rng(seed))
+        one = from_zero(compress_crest(one, crest_iterations))
         core = np.tile(rms_V * one.x, periods + lead_in)
         meaning = (
             f"multisine {f_start_Hz:g} to {f_end_Hz:g} Hz, {chosen.size} {'odd ' if lines == 'odd' else ''}lines, "

@@ -11,22 +11,16 @@ from checks.picture import Band, Item, Line, Mark, Panel, PanelKind
 from checks.signals.spectral.frf import Frf
 
 MAX_POINTS = 1500  # per line: more than a page or a screen resolves
+P = 0.95  # that a band holds the true value
+REGION = f"{100 * P:g} % region"
 
 
-def bode(
-    frf: Frf,
-    units: Mapping[str, str] | None = None,
-    *,
-    merge_Hz: float | None = None,
-    model: Complex | None = None,
-    p: float = 0.95,
-) -> dict[str, Panel]:
+def bode(frf: Frf, units: Mapping[str, str] | None = None, *, merge_Hz: float | None = None) -> dict[str, Panel]:
     """Return the panels "<channel> magnitude" and "<channel> phase" of every channel, and "coherence" of all of them.
 
-    units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. model (F, C): drawn
-    beside the data. The bands hold the true value with probability p each; a variance of NaN is not known and has no
-    band. Bins of infinite variance are left out, and so is the phase if the region holds 0. Logarithmic frequency axis:
-    0 Hz is left out."""
+    units : unit of each channel (per unit of the input: "m/V"). merge_Hz is marked in every panel. The bands hold the
+    true value with probability P each; a variance of NaN is not known and has no band. Bins of infinite variance are
+    left out, and so is the phase if the region holds 0. Logarithmic frequency axis: 0 Hz is left out."""
     marks = () if merge_Hz is None else (Mark(merge_Hz, "x", f"merged at {merge_Hz:g} Hz", "quiet"),)
     panels: dict[str, Panel] = {}
     for c, name in enumerate(frf.channels):
@@ -34,10 +28,9 @@ def bode(
         title = f"{name} / {frf.input}"
         good = ~np.isinf(frf.var[:, c]) & (np.abs(frf.H[:, c]) > 0) & (frf.f > 0)
         at = thinned(frf.f, good)
-        f, H, r = frf.f[at], frf.H[at, c], frf.radius(p)[at, c]
-        overlay = None if model is None else model[at, c]
-        panels[f"{name} magnitude"] = _magnitude(title, unit, f, H, r, overlay, marks, p)
-        panels[f"{name} phase"] = _phase(title, f, H, r, overlay, marks, p)
+        f, H, r = frf.f[at], frf.H[at, c], frf.radius(P)[at, c]
+        panels[f"{name} magnitude"] = _magnitude(title, unit, f, H, r, marks)
+        panels[f"{name} phase"] = _phase(title, f, H, r, marks)
     if np.isfinite(frf.coherence).any():
         panels["coherence"] = _coherence(frf, marks)
     above = frf.f[frf.f > 0]
@@ -45,33 +38,25 @@ def bode(
     return {name: replace(panel, x_range=ends) for name, panel in panels.items()}  # one axis for all of them
 
 
-def _magnitude(
-    title: str, unit: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
-) -> Panel:
+def _magnitude(title: str, unit: str, f: Array, H: Complex, r: Array, marks: tuple[Mark, ...]) -> Panel:
     size = np.abs(H)
     # A region that holds 0, or a bin of infinite variance, would stretch a logarithmic axis without end.
     lo, hi = np.maximum(size - r, 0.1 * size), np.minimum(size + r, 10.0 * size)
     items: list[Item] = [Line(f, size, "measured", role="data")]
     if np.isfinite(r).any():
-        items.insert(0, Band(f, lo, hi, f"{100 * p:g} % region"))
-    if model is not None:
-        items.append(Line(f, np.abs(model), "model", role="model"))
+        items.insert(0, Band(f, lo, hi, REGION))
     label = f"magnitude [{unit}]" if unit else "magnitude"
     return Panel(title, "frequency [Hz]", label, (*items, *marks), x_log=True, y_log=True, kind=PanelKind.RESPONSE)
 
 
-def _phase(
-    title: str, f: Array, H: Complex, r: Array, model: Complex | None, marks: tuple[Mark, ...], p: float
-) -> Panel:
+def _phase(title: str, f: Array, H: Complex, r: Array, marks: tuple[Mark, ...]) -> Panel:
     has_phase = ~(r >= np.abs(H))
     x, angle = f[has_phase], np.degrees(np.angle(H[has_phase]))
     items: list[Item] = [Line(x, angle, "measured", "points", "data")]
     if np.isfinite(r).any():
         spread = np.degrees(np.arcsin(r[has_phase] / np.abs(H[has_phase])))
-        items.append(Line(x, angle - spread, f"{100 * p:g} % region", "points", "quiet"))
+        items.append(Line(x, angle - spread, REGION, "points", "quiet"))
         items.append(Line(x, angle + spread, "", "points", "quiet"))
-    if model is not None:
-        items.append(Line(f, np.degrees(np.angle(model)), "model", "points", "model"))
     return Panel(
         title,
         "frequency [Hz]",

@@ -104,23 +104,15 @@ class Frf:
         )
 
 
-def h1(
-    u: Array,
-    y: Array | Mapping[str, Array],
-    fs: float,
-    nperseg: int,
-    noverlap: int | None = None,
-    *,
-    input: str = "u",
-) -> Frf:
+def h1(u: Array, y: Array | Mapping[str, Array], fs: float, nperseg: int, *, input: str = "u") -> Frf:
     """Return the H1 estimate of the responses from u to every channel of y, with coherence and covariance, in one pass.
 
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
-    samples, half overlapped unless noverlap is given, the mean of each segment removed. The last bins of the grid (0 Hz
+    samples, half overlapped, the mean of each segment removed. The last bins of the grid (0 Hz
     and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the window,
     and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf."""
     outputs = named(y)
-    return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, noverlap, input=input)
+    return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, input=input)
 
 
 def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
@@ -137,7 +129,6 @@ def h1_stream(
     channels: tuple[str, ...],
     fs: float,
     nperseg: int,
-    noverlap: int | None = None,
     *,
     input: str = "u",
 ) -> Frf:
@@ -146,7 +137,7 @@ def h1_stream(
     Memory is bounded by the largest chunk and one batch of segments."""
     if not channels:
         raise ValueError("no output channel given")
-    segments = Segments(1 + len(channels), fs, nperseg, noverlap)
+    segments = Segments(1 + len(channels), fs, nperseg)
     for chunk in chunks:
         segments.feed(chunk)
     return from_spectra(segments.spectra(), channels, input)

@@ -32,16 +32,15 @@ class Spectra:
 class Segments:
     """Accumulator of the spectra of `channels` records sampled together at fs [Hz].
 
-    Periodic Hann window of `nperseg` samples, the mean of each segment removed, `noverlap` samples shared (default:
-    half), which are the defaults of scipy.signal.welch. Memory does not grow with the length of the record."""
+    Periodic Hann window of `nperseg` samples, the mean of each segment removed, half of the samples shared, which are
+    the defaults of scipy.signal.welch. Memory does not grow with the length of the record."""
 
-    def __init__(self, channels: int, fs: float, nperseg: int, noverlap: int | None = None) -> None:
-        overlap = nperseg // 2 if noverlap is None else noverlap
-        if nperseg < 4 or not 0 <= overlap < nperseg:
-            raise ValueError(f"segments of {nperseg} samples sharing {overlap}: need 4 or more, sharing less than all")
+    def __init__(self, channels: int, fs: float, nperseg: int) -> None:
+        if nperseg < 4:
+            raise ValueError(f"segments of {nperseg} samples: need 4 or more")
         if not (np.isfinite(fs) and fs > 0):
             raise ValueError(f"sampling frequency is {fs} Hz; expected a positive number")
-        self.fs, self.nperseg, self.hop = fs, nperseg, nperseg - overlap
+        self.fs, self.nperseg, self.hop = fs, nperseg, nperseg - nperseg // 2
         self.count = self.samples = 0
         self._window, self._correlation = _window(nperseg)
         self._batch = max(1, BATCH_SAMPLES // (channels * nperseg))

@@ -47,12 +47,12 @@ class _Root:
     response: Complex
 
 
-def find_zero(w: PoleWindow, order: int = ORDER) -> Zero | None:
+def find_zero(w: PoleWindow) -> Zero | None:
     """Return the zero of the only channel of a window, or None if the polynomial has no root inside it.
 
     The response is a polynomial of the frequency, and so is the transient of the record's ends. Errors move a root by
     the polynomial's error there over its slope (first order)."""
-    found, finer = _root(w, order), _root(w, order + 1)
+    found, finer = _root(w, ORDER), _root(w, ORDER + 1)
     if found is None or finer is None:
         return None
     size, other = abs(found.f), abs(finer.f)

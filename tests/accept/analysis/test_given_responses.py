@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import accept
-from accept.gap.responses import Responses
+from accept.gap.unit_responses import Responses
 from checks.errors import RecordError
 from hw.records import mat_bytes
 

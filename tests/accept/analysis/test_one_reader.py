@@ -7,7 +7,7 @@ import pytest
 
 import accept
 from accept.analysis.misalignment import estimate_unit
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from checks.acceptance.frf import CHECK
 from checks.cause import Cause
 from checks.declare import Series

@@ -80,7 +80,7 @@ def test_every_long_command_has_a_bar() -> None:
     root = Path(__file__).parents[3] / "accept"
     places = (
         "batch/judge_batch", "commands/physics/gap", "commands/physics/misalign", "commands/physics/model_fit",
-        "commands/physics/model_learn", "models/lookup_cache", "fleet/judged_again", "commands/fleet/site",
+        "commands/fleet/model_learn", "models/lookup_cache", "fleet/judged_again", "commands/fleet/site",
         "commands/units/compare", "commands/units/report", "commands/units/demo", "commands/trust/verify",
         "commands/bench/simulate",
     )  # fmt: skip

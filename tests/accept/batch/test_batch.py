@@ -15,7 +15,7 @@ import pytest
 from accept.base.child_processes import process_pool
 from accept.base.home import home
 from accept.batch.judge_batch import BatchRequest, run
-from accept.certificate.contents.content import content_of
+from accept.certificate import content_of
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys

@@ -11,10 +11,10 @@ from typer.testing import Result
 
 from accept.base.documents.results import Information, UnitRecord
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import keys
-from accept.certificate.verify.attachments import read
 from accept.certificate.verify.stated_check import check_copies
-from accept.judging.copies import recording_party
+from accept.judging.decisions import recording_party
 from accept.judging.rules import reserved
 from accept.store import fold, open_store
 from accept.store.payloads import CopiesResolved, UnitJudged
@@ -101,7 +101,7 @@ def test_one_recording_belongs_to_one_unit_and_quality_assurance_signs(
     accept(*words)
     assert accept("verify", tmp_path / "out/certificates/A-1.pdf", "--require", "accepted").exit_code == 0
     assert accept("verify", tmp_path / "out/certificates/X-1.pdf", "--require", "accepted").exit_code == 3
-    contents = read((tmp_path / "out/certificates/A-1.pdf").read_bytes())
+    contents = read_contents((tmp_path / "out/certificates/A-1.pdf").read_bytes())
     unsigned = [{**c, "resolved": {**c["resolved"], "signed": None}} for c in contents.result["copies"]]
     forged = replace(contents, result={**contents.result, "copies": unsigned})
     steps = check_copies(forged, [keys.ca(home())], [])
@@ -293,7 +293,7 @@ def test_a_decision_is_about_the_recording_that_was_there(tmp_path: Path, spec: 
     batch(out, spec, *units)
     accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "B-1 was not on the bench")
     batch(out, spec, *units)
-    contents = read((out / "certificates" / "A-1.pdf").read_bytes())
+    contents = read_contents((out / "certificates" / "A-1.pdf").read_bytes())
     roots = [keys.ca(home())]
     assert check_copies(contents, roots, ()) == []
     (name,) = [copy["sample"] for copy in contents.result["copies"]]

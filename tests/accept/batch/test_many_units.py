@@ -8,9 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from accept.batch import judge_batch, results, roster
-from accept.batch.judge_batch import BatchReport, BatchRequest, run
-from accept.batch.roster import Roster
+from accept.batch import judge_batch, results
+from accept.batch.judge_batch import BatchReport, BatchRequest, Roster, run
 from accept.judging.judge_unit import load_spec
 from accept.store import Event, NewEvent, open_store
 from accept.units import unit_folder
@@ -25,7 +24,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(judge_batch, "WHOLE", 3)
     monkeypatch.setattr(results, "WHOLE", 3)
     monkeypatch.setattr(results, "AT_ONCE", 2)
-    monkeypatch.setattr(roster, "HELD", 3)
+    monkeypatch.setattr(judge_batch, "HELD", 3)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from accept.base import atomic_files
 from accept.base.console import one_line
 from accept.base.documents.results import ListedUnit
 from accept.base.exit_codes import Exit
-from accept.batch.outputs import csv_rows, findings
+from accept.batch.results import csv_rows, findings
 from accept.cli.main import app
 from accept.units import unit_folder
 from accept.units.attach import copy_in

@@ -5,10 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from accept.certificate.contents.content import CertificateContent
+from accept.certificate import CertificateContent, read_certificate, read_contents
 from accept.certificate.contents.statements import statements
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import read_certificate
 from accept.commands.units import batch, report
 from accept.store import open_store
 from accept.store.payloads import UnitJudged
@@ -37,7 +35,7 @@ def reasons() -> list[str | None]:
 
 
 def stated(pdf: Path) -> CertificateContent:
-    return read(read_certificate(pdf))
+    return read_contents(read_certificate(pdf))
 
 
 @pytest.fixture(params=[by_report, by_batch], ids=["report", "batch"])

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.certificate.verify import against_store
-from accept.certificate.verify.attachments import read
 from accept.store import open_store
 from tests.accept.units.test_inputs import HEAVY_KG, MASS_KG, UNIT
 from tests.shared.command_line import accept
@@ -118,7 +118,7 @@ def test_a_certificate_that_does_not_state_it_is_not_plainly_valid_at_its_bench(
     (folder / "unit.toml").write_text(UNIT.format(mass_kg=MASS_KG))
     pdf = tmp_path / "a.pdf"
     assert accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--reason", "again").exit_code == 4
-    contents = read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
     assert accept("verify", pdf).exit_code == 0
     with open_store() as store:
         assert against_store.reread(store, contents).complete

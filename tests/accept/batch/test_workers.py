@@ -13,8 +13,9 @@ import pytest
 
 from accept.base.child_processes import process_pool
 from accept.base.worker_process import memory_GB
-from accept.batch.job import Judgement, UnitJob
+from accept.batch.job import UnitJob
 from accept.batch.judge_batch import BatchRequest, run
+from accept.batch.ports import Judgement
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from checks.declare import Series

@@ -15,12 +15,13 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from typer.testing import CliRunner, Result
 
 from accept.base.documents.results import Information, UnitRecord
-from accept.certificate.contents.content import CertificateContent, content_of
+from accept.certificate import CertificateContent, content_of
+from accept.certificate.contents.content import hashes_of, signed_text
 from accept.certificate.trust import authority
-from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.cli.main import app
 from accept.judging.advice import action
 from accept.store import SignedHead, StoreHead
+from accept.store.payloads import CertificateSigned
 from checks.picture import Band, Heights, Line, Mark, Panel
 from checks.quantity import Contribution, Quantity
 from checks.verdict import Finding, judge, unit_verdict
@@ -154,3 +155,8 @@ def bench_signed(contents: CertificateContent, key: Ed25519PrivateKey = BENCH_KE
         return contents
     given = {**contents.provenance, "result": hashes_of(contents)}
     return replace(contents, provenance=given | {"signature": key.sign(signed_text(contents.serial, given)).hex()})
+
+
+def signed_event(path: Path, pdf: bytes) -> CertificateSigned:
+    """The event of a technician's signature, as a program that asks nothing would store it."""
+    return CertificateSigned(str(path.resolve()), hashlib.sha256(pdf).hexdigest(), authority.TECHNICIAN)

@@ -12,10 +12,10 @@ from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.batch.pipeline import Pipeline
-from accept.certificate.contents.disposition import DispositionError
+from accept.batch.services import JudgingServices
+from accept.certificate import DispositionError, read_contents
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
-from accept.certificate.verify.attachments import read
 from accept.cli.main import app
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
@@ -85,7 +85,7 @@ def test_a_batch_refuses_what_would_be_amended_without_a_reason_and_goes_on(tmp_
     assert done.exit_code == 0, done.output
     assert len(judged("A-1")) == 2
     pdf = out / "certificates" / "A-1.pdf"
-    assert statements(read(pdf.read_bytes()))["Amended"] == f"replaces certificate A-1/1: {WHY}"
+    assert statements(read_contents(pdf.read_bytes()))["Amended"] == f"replaces certificate A-1/1: {WHY}"
     assert accept("verify", pdf, "--require", "accepted,current").exit_code == 0
 
 
@@ -103,7 +103,7 @@ def test_the_number_of_the_replaced_certificate_stands_on_the_page(tmp_path: Pat
         unit, pdf = make_unit(tmp_path / "u", "A-1", GOOD.replace("5.10", sensor)), tmp_path / f"{sensor}.pdf"
         accept("report", unit, "--spec", "apa-basic", "--out", pdf, "--reason", WHY)
     year = datetime.now(UTC).year
-    assert statements(read(pdf.read_bytes()))["Amended"] == f"replaces certificate EX-{year} A-1/1: {WHY}"
+    assert statements(read_contents(pdf.read_bytes()))["Amended"] == f"replaces certificate EX-{year} A-1/1: {WHY}"
     done = accept("verify", pdf)
     assert f"amended: replaces certificate EX-{year} A-1/1: {WHY}" in done.stderr
     assert WHY in accept("store", "log", "A-1").output
@@ -118,13 +118,14 @@ def test_the_same_data_need_no_reason_when_the_store_knows_more(tmp_path: Path) 
     bad = make_unit(tmp_path / "X-1", "X-1", GOOD.replace("5.10", "1.72"))
     accept("batch", bad, "--spec", "apa-basic", "--out", tmp_path / "out", "--no-certificates")
     assert accept(*words, tmp_path / "2.pdf").exit_code == 4
-    assert "the same data" in statements(read((tmp_path / "2.pdf").read_bytes()))["Amended"]
+    assert "the same data" in statements(read_contents((tmp_path / "2.pdf").read_bytes()))["Amended"]
 
 
 def pipeline(store: store_module.Store, bench: Path, on: date, *, signs: bool) -> Pipeline:
     credential = keys.unlock(home(), keys.TECHNICIAN, "correct horse") if signs else None
     specs = {"apa": load_spec("apa-basic")}
-    return Pipeline(store, specs, "Test Technician", credential=credential, bench_file=load_bench(bench), on=on)
+    services = JudgingServices(store, "Test Technician", credential)
+    return Pipeline(store, specs, "Test Technician", services, bench_file=load_bench(bench), on=on)
 
 
 def settled(bench: Path, folder: Path, on: date, certificate: Path | None) -> str:
@@ -153,7 +154,7 @@ def test_a_certificate_of_a_later_day_is_of_the_day_of_the_judgement(
     pdf = tmp_path / "a.pdf"
     assert settled(bench, unit, JUDGED + timedelta(days=12), pdf) == "accepted"
     assert len(judged("A-1")) == 1
-    said = statements(read(pdf.read_bytes()))
+    said = statements(read_contents(pdf.read_bytes()))
     assert said["Attempt"] == "1, judged on 2026-09-25"
     assert said["Calibration"] == "bench file bench 1 of 2026-09-25: 4 instruments, all valid"
     done = accept("verify", pdf, "--require", "current")
@@ -169,6 +170,7 @@ import sys
 from pathlib import Path
 from accept.base.home import home
 from accept.batch.pipeline import Pipeline
+from accept.batch.services import JudgingServices
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
@@ -177,7 +179,9 @@ folder, pdf = map(Path, sys.argv[1:])
 unit, credential = unit_folder.read(folder), keys.unlock(home(), keys.TECHNICIAN, "correct horse")
 with open_store() as store:
     specs, why = {"apa": load_spec("apa-basic")}, "judged twice"
-    made = Pipeline(store, specs, "Test Technician", credential=credential, reason=why)
+    made = Pipeline(
+        store, specs, "Test Technician", JudgingServices(store, "Test Technician", credential), reason=why
+    )
     job = made.prepare(unit, made.ask(unit), pdf)
     judgement = job.judge()
     print("ready", flush=True)
@@ -206,7 +210,7 @@ def test_two_programs_at_once_have_an_attempt_each(tmp_path: Path) -> None:
         one.communicate(timeout=120)
         assert one.returncode == 0
     pdfs = [tmp_path / "good.pdf", tmp_path / "bad.pdf"]
-    stated = [read(pdf.read_bytes()).provenance["attempt"] for pdf in pdfs]
+    stated = [read_contents(pdf.read_bytes()).provenance["attempt"] for pdf in pdfs]
     assert sorted(stated) == [1, 2]
     done = {attempt: accept("verify", pdf) for attempt, pdf in zip(stated, pdfs, strict=True)}
     assert done[2].exit_code == 0, done[2].output
@@ -237,7 +241,7 @@ def test_in_the_workflow_another_certificate_of_the_attempt_needs_its_reason() -
             certify.Signing(session).sign("correct horse")
         assert certify.Signing(session).sign("correct horse", WHY).current
         pdf = Path(str(session.attempt.certificate))
-        assert statements(read(pdf.read_bytes()))["Amended"] == f"replaces certificate APA-02/1: {WHY}"
+        assert statements(read_contents(pdf.read_bytes()))["Amended"] == f"replaces certificate APA-02/1: {WHY}"
         session.close()
 
 
@@ -258,7 +262,7 @@ def test_a_session_that_was_left_open_signs_as_of_the_day_of_judging(tmp_path: P
         pdf = Path(str(session.attempt.certificate))
         session.close()
     assert found.valid, found.reason
-    assert statements(read(pdf.read_bytes()))["Attempt"] == f"1, judged on {ago:%Y-%m-%d}"
+    assert statements(read_contents(pdf.read_bytes()))["Attempt"] == f"1, judged on {ago:%Y-%m-%d}"
 
 
 def test_nothing_is_stored_after_an_event_that_was_not_read() -> None:

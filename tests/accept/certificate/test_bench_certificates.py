@@ -10,10 +10,10 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from accept.base.home import home
+from accept.base.names import same_person, scripts
+from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import KeysError
-from accept.certificate.trust.names import same_person, scripts
-from accept.certificate.verify.attachments import read
 from accept.commands.trust import bench_keys
 from accept.commands.trust import keys as commands
 from tests.accept.certificate.certificate_help import stated_head
@@ -28,7 +28,7 @@ def authority(monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_head_of_an_invented_bench_is_not_valid(authority: Path, tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     invented = stated_head(12345, Ed25519PrivateKey.generate())
     bare = {k: v for k, v in contents.provenance.items() if k not in ("bench", "signature", "authority")}
     for number, made in enumerate(
@@ -40,7 +40,7 @@ def test_a_head_of_an_invented_bench_is_not_valid(authority: Path, tmp_path: Pat
 
 
 def test_what_a_bench_states_cannot_be_changed_without_its_key(authority: Path, tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     assert contents.provenance["authority"] == "its key lies at this bench"
     for change in ({"attempt": 2}, {"authority": "off the bench"}):
         made = replace(contents, provenance={**contents.provenance, **change})
@@ -91,7 +91,7 @@ def test_a_bench_is_certified_renewed_and_revoked(
 
 
 def test_a_technician_is_no_bench(authority: Path, tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     technician = (authority / "technician.pem").read_text()
     done = verified(forged(tmp_path / "f.pdf", replaced(contents, bench=technician)))
     assert (done.exit_code, "certificate of a technician" in done.stdout) == (3, True), done.output

@@ -18,8 +18,8 @@ from reportlab.lib.units import mm
 from reportlab.pdfbase import pdfmetrics
 
 from accept.base.documents.results import SIMULATED
+from accept.certificate import CertificateContent, ContentError, content_of
 from accept.certificate.contents import content as certificate_content
-from accept.certificate.contents.content import CertificateContent, ContentError, content_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, open_fields, summary
 from accept.judging.judge_unit import judge_unit, load_spec

@@ -12,9 +12,8 @@ from pypdf import PdfReader
 from typer.testing import Result
 
 from accept.base.home import home
+from accept.certificate import read_contents, rejudge
 from accept.certificate.trust import keys
-from accept.certificate.verify import attachments
-from accept.certificate.verify.rejudge import rejudge
 from accept.fleet.errors import FleetError
 from accept.fleet.matched_sets import pool
 from accept.fleet.measurements import measurements
@@ -280,7 +279,7 @@ def test_a_certificate_with_a_forged_concession_is_not_valid(bench: Path) -> Non
     """Judged again from what is attached: a concession releases what it names, and only with its signature."""
     judged(bench)
     dispose("use-as-is")
-    contents = attachments.read(report(bench)[0].read_bytes())
+    contents = read_contents(report(bench)[0].read_bytes())
     assert rejudge(contents).verdict == "accepted"
     (given,) = contents.result["dispositions"]
     nothing = {key: value for key, value in contents.result.items() if key != "dispositions"}

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from accept.certificate.contents.disposition import LONGEST, Disposition, DispositionError, parse_disposition
+from accept.certificate import DispositionError, parse_disposition
+from accept.certificate.contents.disposition import LONGEST, Disposition
 from accept.certificate.signature import stamp
 from accept.commands.trust import countersign
 from accept.store import open_store

@@ -6,16 +6,14 @@ from dataclasses import replace
 import pytest
 
 from accept.base.home import home
+from accept.certificate import LABORATORY_FILE, laboratory_of, missing_statements, read_certificate, read_contents
 from accept.certificate.contents.content import read
-from accept.certificate.contents.iso17025 import missing
-from accept.certificate.contents.laboratory import FILE, laboratory_of, number_of, statement_of
+from accept.certificate.contents.laboratory import number_of, statement_of
 from accept.certificate.contents.statements import statements
 from accept.certificate.contents.words import changes_words
 from accept.certificate.page.body import instruments_words
 from accept.certificate.page.clauses import entered_words, provided_words
 from accept.certificate.trust import keys
-from accept.certificate.verify import attachments
-from accept.certificate.verify.rejudge import read_certificate
 from accept.store import Store, open_store
 from accept.store.payloads import BenchStated, CertificateSigned
 from accept.units import unit_folder
@@ -39,7 +37,7 @@ others = "WI-12, revision 3"
 
 def states(text: str) -> None:
     home().mkdir(parents=True, exist_ok=True)
-    (home() / FILE).write_text(text)
+    (home() / LABORATORY_FILE).write_text(text)
 
 
 @pytest.fixture
@@ -88,11 +86,11 @@ def test_numbers_are_not_given_twice():
 
 def test_missing_statements_are_named_by_clause(tmp_path):
     spec = load("apa-basic")
-    assert {m.clause for m in missing(None, spec)} == {f"7.8.2.1 {letter}" for letter in "bcdefk"}
+    assert {m.clause for m in missing_statements(None, spec)} == {f"7.8.2.1 {letter}" for letter in "bcdefk"}
     states(WHOLE)
-    assert missing(laboratory_of(home()), spec) == []
+    assert missing_statements(laboratory_of(home()), spec) == []
     folder = unit_folder.read(unit(tmp_path / "A-1", serial="A-1"))
-    assert {m.clause for m in missing(laboratory_of(home()), spec, folder)} == {
+    assert {m.clause for m in missing_statements(laboratory_of(home()), spec, folder)} == {
         "7.8.2.1 g", "7.8.2.1 h", "7.8.2.1 i", "7.8.3.1 a",
     }  # fmt: skip
     assert accept("spec", "check", "apa-basic").exit_code == 0
@@ -108,7 +106,7 @@ def test_missing_statements_are_named_by_clause(tmp_path):
 def test_certificates_state_the_laboratory_and_are_verified(bench, tmp_path):
     first = certified(tmp_path, "A-1", serial="A-1").rename(tmp_path / "first.pdf")
     assert plainly(verified(first))
-    contents = read(attachments.read(first.read_bytes()).attachments())
+    contents = read(read_contents(first.read_bytes()).attachments())
     said = statements(contents)
     assert (
         said["Laboratory"] == "Example Institute; Example Street 1, 12345 Town; measured at Building 7; not accredited"
@@ -120,7 +118,7 @@ def test_certificates_state_the_laboratory_and_are_verified(bench, tmp_path):
     assert said["Changed"] == ""
     second = certified(tmp_path, "A-1", serial="A-1", stroke=340.1)
     assert plainly(verified(second))
-    contents = read(attachments.read(second.read_bytes()).attachments())
+    contents = read(read_contents(second.read_bytes()).attachments())
     assert contents.provenance["number"].endswith(" A-1/2")
     assert "Stroke" in changes_words(contents)
     assert "Sensor" not in changes_words(contents)  # as before
@@ -135,7 +133,7 @@ def test_a_statement_that_was_changed_is_found(bench, tmp_path, field):
     """By who holds the technician's key: the bench's signature does not cover it, and the store knows better."""
     certified(tmp_path, "A-1", serial="A-1")
     pdf = certified(tmp_path, "A-1", serial="A-1", stroke=362.1)
-    contents = read(attachments.read(pdf.read_bytes()).attachments())
+    contents = read(read_contents(pdf.read_bytes()).attachments())
     old = json.loads(json.dumps(contents.provenance[field]))
     new = {"laboratory": lambda: old | {"accreditation": "accredited"}, "number": lambda: "EX-1999 A-1/7",
            "before": lambda: old | {"stroke_um": {"value": 362.0, "U": 0.5}}}[field]()  # fmt: skip
@@ -170,7 +168,7 @@ def test_what_others_provided_is_stated_and_verified(bench, tmp_path):
     assert unit_folder.read(folder).header.provided == {"capacitance": "customer", "stroke": "Measuring Ltd, D-K-00000"}
     pdf = tmp_path / "a.pdf"
     accept("report", folder, "--spec", "apa-basic", "--out", pdf)
-    words = provided_words(attachments.read(read_certificate(pdf)).result)
+    words = provided_words(read_contents(read_certificate(pdf)).result)
     assert words == (
         "Capacitance by the customer, who answers for what it provided; "
         "Stroke by Measuring Ltd, D-K-00000, an external provider"
@@ -193,7 +191,7 @@ def test_the_temperature_of_a_spec_with_a_coefficient_needs_its_U(tmp_path):
     plain = (folder / "unit.toml").read_text()
     for stated, named in (("21.5", True), ("{ value = 21.5, U = 0.5 }", False)):
         (folder / "unit.toml").write_text(f"{plain}\n[environment]\ntemperature_C = {stated}\n")
-        assert ("7.8.3.1 c" in {m.clause for m in missing(None, spec, unit_folder.read(folder))}) is named
+        assert ("7.8.3.1 c" in {m.clause for m in missing_statements(None, spec, unit_folder.read(folder))}) is named
 
 
 BENCH = """
@@ -213,7 +211,7 @@ def test_the_instruments_on_the_page_are_those_of_the_bench(bench, tmp_path):
     pdf = tmp_path / "a.pdf"
     folder = unit(tmp_path / "A-1", serial="A-1")
     accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--bench", tmp_path / "bench.toml")
-    contents = attachments.read(read_certificate(pdf))
+    contents = read_contents(read_certificate(pdf))
     words = instruments_words(contents)
     assert "Capacitance: LCR-819 E9123456" in words
     assert contents.instruments["capacitance"] not in words
@@ -234,7 +232,7 @@ def test_a_file_that_is_written_meanwhile_makes_no_certificate_that_the_store_co
 
     monkeypatch.setattr(Store, "write", changing)
     pdf = certified(tmp_path, "A-1", serial="A-1")
-    contents = read(attachments.read(pdf.read_bytes()).attachments())
+    contents = read(read_contents(pdf.read_bytes()).attachments())
     with open_store() as store:
         stated = [BenchStated.of(event) for event in store.events(what=BenchStated.KIND)][-1]
     assert contents.provenance["laboratory"]["name"] == stated.laboratory["name"]

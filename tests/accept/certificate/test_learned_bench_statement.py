@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from accept.certificate.contents.provenance import Provenance
+from accept.base.documents.manifest import ModelFiles
+from accept.certificate import Provenance
 from accept.certificate.contents.statements import statements
-from accept.models.evidence import ModelFiles
 
 BENCH = b"""[learned_bench]
 f_Hz = [10.0, 20.0]

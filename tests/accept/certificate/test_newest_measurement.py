@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
+from accept.certificate import read_contents, rejudge
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import verify
 from accept.store import open_store
 from accept.store.payloads import UnitJudged
 from hw.records import csv_bytes
+from tests.accept.certificate.verify.verify_help import verify
 from tests.accept.units.units import DRIVE, GOOD, LOOPS, make_unit
 from tests.checks.acceptance.play_model import Plays
 from tests.shared.command_line import accept
@@ -83,7 +82,7 @@ def test_monday_does_not_replace_tuesday_however_often_it_is_judged(tmp_path: Pa
     for number in (3, 4):
         pdf = tmp_path / f"{number}.pdf"
         assert accept("verify", pdf, "--require", "accepted,current").exit_code == 3
-        contents = read(pdf.read_bytes())
+        contents = read_contents(pdf.read_bytes())
         assert contents.result["verdict"] == "conditional"
         assert "measured in attempt 1, before attempt 2, which was rejected" in str(contents.result["nonconformances"])
     assert accept("verify", tmp_path / "1.pdf", "--require", "accepted,current").exit_code == 3
@@ -95,7 +94,7 @@ def test_the_page_counts_the_attempts_before_and_the_store_and_the_list_are_aske
         unit = make_unit(tmp_path / folder, "A-1", text)
         pdf = tmp_path / f"{number}.pdf"
         accept("report", unit, "--spec", "apa-basic", "--out", pdf, *WHY)
-    said = statements(read(pdf.read_bytes()))["Attempt"]
+    said = statements(read_contents(pdf.read_bytes()))["Attempt"]
     assert said.startswith("3, replaces 'rejected' of ")
     assert "before: 1 accepted, 1 rejected; last not accepted: attempt 2, rejected on 20" in said
     done = accept("verify", pdf, "--require", "accepted,current")
@@ -127,7 +126,7 @@ NONE = {"earlier_attempt": 1, "earlier_certificate": "ab" * 32}
 def test_the_last_one_that_was_not_accepted_stands_in_every_form(tmp_path: Path, replaces: dict[str, object]) -> None:
     pdf = tmp_path / "1.pdf"
     assert accept("report", make_unit(tmp_path / "u", "A-1"), "--spec", "apa-basic", "--out", pdf).exit_code == 0
-    contents = read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
     stopped = {"attempt": 1, "verdict": "rejected", "time": "2026-05-03T10:00:00+00:00"}
     earlier = {"verdicts": {"accepted": 1, "rejected": 1}, "not_accepted": stopped}
     provenance = contents.provenance | {"attempt": 3, "replaces": replaces, "earlier": earlier}

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import keys, merkle
 from accept.certificate.trust.published_list import JUDGED, LEAST, VOIDED, Entry, ListError, entries_of
 from accept.certificate.trust.published_list import read as read_lists
-from accept.certificate.verify.attachments import read
 from accept.store import open_store
 from accept.store.payloads import AttemptStarted
 from tests.accept.certificate.verify.test_statements import accept, certified, forged, plainly, replaced, verified
@@ -33,22 +33,6 @@ LEAVES = [merkle.leaf_hash(bytes.fromhex(entry)) for entry in ENTRIES]
 
 def test_roots_are_those_of_the_reference() -> None:
     assert [merkle.root(LEAVES[:size]).hex() for size in range(9)] == ROOTS
-
-
-def test_every_leaf_is_proven_and_no_other() -> None:
-    for size in range(1, 9):
-        tree = bytes.fromhex(ROOTS[size])
-        for index in range(size):
-            proof = merkle.inclusion_proof(LEAVES[:size], index)
-            assert merkle.is_included(LEAVES[index], index, size, proof, tree)
-            assert not merkle.is_included(LEAVES[(index + 1) % 8], index, size, proof, tree)
-            assert not merkle.is_included(LEAVES[index], (index + 1) % size, size, proof, tree) or size == 1
-            assert not merkle.is_included(LEAVES[index], index, size, [*proof, b"\0" * 32], tree)
-    assert [h.hex() for h in merkle.inclusion_proof(LEAVES, 0)] == [
-        "96a296d224f285c67bee93c30f8a309157f0daa35dc5b87e410b78630a09cfc7",
-        "5f083f0a1a33ca076a95279832580db3e0ef4584bdff1f54c8a360f50de3031e",
-        "6b47aaf29ee3c2af9af889bc1fb9254dabd31177f16232dd6aab035ca39bf6e4",
-    ]
 
 
 def test_every_beginning_is_proven_and_no_rewritten_one() -> None:
@@ -151,7 +135,7 @@ def test_what_it_replaces_is_that_of_the_list(
     log = tmp_path / "list.json"
     certified(tmp_path, "A-1", serial="A-1", stroke=265.5)
     honest = certified(tmp_path, "A-1", serial="A-1", stroke=366.1)
-    contents = read(honest.read_bytes())
+    contents = read_contents(honest.read_bytes())
     stated = None if other is None else contents.provenance["replaces"] | other
     pdf = forged(tmp_path / "f.pdf", replaced(contents, replaces=stated))
     assert accept("store", "publish", log).exit_code == 0

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import authority, key_changes, keys, published_list, revocation
 from accept.certificate.trust.published_list import BenchList
 from accept.certificate.trust.revocation import FILE, Revoked
-from accept.certificate.verify.attachments import read
 from accept.store import open_store
 from accept.store.payloads import KeysRevoked
 from accept.store.seal import own_key
@@ -192,7 +192,7 @@ def test_away_from_the_bench_the_list_belongs_beside_the_certificate_of_the_auth
 
 def test_an_attached_list_that_is_newer_is_used(bench: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """For the signers and for the bench; and the one beside the authority's certificate is a doubt by itself."""
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     ca, key = handed_out(tmp_path / "office", FILE), keys.unlocked(bench.with_name("ca.key.pem"), OFFICE)
     since = datetime.now(UTC) + timedelta(hours=1)
     names = {"qa": "", "technician": "lost or compromised", "bench": "the key of its bench"}
@@ -228,7 +228,7 @@ def test_a_bench_of_before_signs_on_and_is_told_what_it_lacks(
     out = tmp_path / "B-1.pdf"
     done = accept("report", unit(tmp_path / "B-1"), "--spec", "apa-basic", "--out", out)
     assert (done.exit_code, "no list of revoked keys" in done.stderr, out.exists()) == (0, True, True), done.output
-    assert "crl" not in read(out.read_bytes()).provenance
+    assert "crl" not in read_contents(out.read_bytes()).provenance
     assert verified(out).exit_code == 4
     assert "no list of revoked keys" in accept("keys", "list").stderr
     assert accept("keys", "renew", "Ada").exit_code == 0
@@ -335,7 +335,7 @@ def test_a_published_list_of_the_future_is_refused_and_its_age_is_said(bench: Pa
 def test_the_age_of_a_list_is_said(bench: Path, tmp_path: Path) -> None:
     pdf, log = certified(tmp_path, "B-1"), tmp_path / "list.json"
     assert accept("store", "publish", log).exit_code == 0
-    contents = read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
     now = datetime.now(UTC)
     earlier = forged(tmp_path / "e.pdf", contents, now - timedelta(minutes=30))
     assert accept("store", "publish", log).exit_code == 0

@@ -11,9 +11,8 @@ from typer.testing import CliRunner, Result
 
 from accept.base.documents.results import SIMULATED
 from accept.base.home import home
+from accept.certificate import Validity, read_certificate, rejudge
 from accept.certificate.trust import keys
-from accept.certificate.verify.rejudge import read_certificate, rejudge
-from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.judging.judge_unit import load_spec
@@ -30,6 +29,7 @@ from accept.workflow.session.open_session import open_session
 from accept.workflow.training import open_training
 from accept.workflow.worker.judging import judge_whole_unit
 from specs.bench import load_bench
+from tests.accept.certificate.verify.verify_help import verify
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_workflow import fill
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from accept.commands.physics.frf import with_U
-from hw.records import write_mat
+from hw.records.writers import write_mat
 from tests.accept.commands.test_compare import APAS
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.signals.frf_plant import Plant, unit

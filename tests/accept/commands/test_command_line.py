@@ -17,9 +17,8 @@ from rich.table import Table
 from typer.testing import CliRunner
 
 from accept.base.console import PlainConsole
-from accept.cli.lazy_group import Command, Group
+from accept.cli.lazy_group import Command, Group, command_of
 from accept.cli.main import COMMANDS, USERS, app
-from accept.cli.options import command_of
 from accept.commands.bench.simulate import SimulateOptions
 from accept.judging.judge_unit import load_spec
 from tests.test_docs import command_names

@@ -223,7 +223,7 @@ def test_misalignment_is_estimated_again_on_the_improved_model(
 
 @needs_data
 @pytest.mark.soak
-@pytest.mark.parametrize("model", ["strut", NOMINAL], ids=["built-in", "finite elements"])
+@pytest.mark.parametrize("model", ["strut-as-built", NOMINAL], ids=["as built", "finite elements"])
 @pytest.mark.parametrize("serial", ["S-02", "S-04", "S-05"])
 def test_recorded_misalignment_on_the_improved_model(
     serial: str, model: object, tmp_path: Path, recorded_units: RecordedUnits

@@ -12,7 +12,8 @@ import accept
 from checks.acceptance import CHECKS
 from checks.errors import RecordError
 from checks.record import Record
-from hw.records import read, write_mat
+from hw.records import read
+from hw.records.writers import write_mat
 from specs.spec import CheckSpec
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 from tests.shared import command_line

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from accept.analysis import model_fit
 from accept.cli.main import app
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from accept.models.model_file import AS_BUILT, open_model, open_model_file, write_model
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError

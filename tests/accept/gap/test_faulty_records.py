@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import accept
 from accept.cli.main import app
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from checks.cause import Cause
 from checks.errors import RecordError
 from checks.signals.sampling_faults import sampling_faults

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate
 from accept.certificate.page.gap_section import explanation
 from accept.certificate.verify.gap_check import check_gap
 from accept.gap.analyse_unit import GapAnalysis, write
-from accept.gap.responses import Responses
 from accept.gap.summary import summary
+from accept.gap.unit_responses import Responses
 from accept.models.model_file import open_model_file, write_model
 from accept.pictures.pdf.fonts import register
 from accept.units.unit_folder import parse

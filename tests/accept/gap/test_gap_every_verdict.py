@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.gap import analyse_unit
 from accept.gap.analyse_unit import GapAnalysis
-from accept.gap.responses import Responses
 from accept.gap.text import HEADLINE
+from accept.gap.unit_responses import Responses
 from accept.models.model_file import open_model, open_model_file
 from checks.fitting import Dataset
 from checks.fitting.identifiability import TWO_SIDED

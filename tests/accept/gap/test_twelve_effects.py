@@ -14,7 +14,7 @@ import pytest
 
 import accept
 from accept.gap.realisations import gain_notes
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from checks.cause import Cause, because
 from tests.accept.gap.acquisition_effects import EFFECTS, LOW, AcquisitionEffect, spoilt
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data

@@ -3,7 +3,7 @@
 import numpy as np
 
 from accept.pictures.pdf.fonts import register
-from accept.pictures.pdf.panel_drawing import _room_for_names
+from accept.pictures.pdf.panels import _room_for_names
 from checks.picture import Line, Panel
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from matplotlib.figure import Figure
 
-from accept.pictures.ticks import set_log_ticks
+from accept.pictures.items import set_log_ticks
 from accept.pictures.words import number
 
 

@@ -40,7 +40,7 @@ from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
-from hw.records import write_csv, write_mat
+from hw.records.writers import write_csv, write_mat
 from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,

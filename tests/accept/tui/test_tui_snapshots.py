@@ -22,7 +22,7 @@ from accept.workflow.bench import Begun, Workbench
 from accept.workflow.session import Session, panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
-from hw.records import write_csv
+from hw.records.writers import write_csv
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,

@@ -8,7 +8,7 @@ import pytest
 from textual.widgets import Input
 
 from accept.base.home import home
-from accept.base.operator_name import is_system_account
+from accept.base.names import is_system_account
 from accept.certificate.trust import keys
 from accept.store import open_store
 from accept.store.payloads import RunOpened

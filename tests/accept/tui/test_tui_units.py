@@ -134,9 +134,9 @@ async def test_a_stray_letter_goes_nowhere():
 async def test_one_passphrase_for_a_shift_and_one_unit_after_the_other_to_sign():
     keys.init(home(), "correct horse", "Ann")
     async with running() as pilot:
-        for serial in ("APA-01", "APA-02"):
+        for serial, more in (("APA-01", 0.0), ("APA-02", 0.01)):
             await begin(pilot, serial)
-            await fill_values(pilot)
+            await fill_values(pilot, more)
             await press(pilot, "escape")
         await press(pilot, "f2")
         await open_list(pilot, "To sign")

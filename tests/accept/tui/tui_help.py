@@ -163,8 +163,9 @@ async def fill_basic(pilot: Pilot[None]) -> None:
         await press(pilot, "escape")
 
 
-async def fill_values(pilot: Pilot[None]) -> None:
-    """The same values without the keys, for tests of what comes after them."""
+async def fill_values(pilot: Pilot[None], more: float = 0.0) -> None:
+    """The same values without the keys, for tests of what comes after them. more: so much on each of another unit's,
+    for values that are all equal are taken for a copy."""
     session = pilot.app.session
     values = (
         *(("flatness", "z_um", n, float(z)) for n, z in enumerate(HEIGHTS.split())),
@@ -174,7 +175,7 @@ async def fill_values(pilot: Pilot[None]) -> None:
         ("stiffness", "k_N_per_um", None, 1.75),
     )
     for step, name, index, value in values:
-        session.entries.take(step, session.step(step).check.inputs[name], Measured(value), index=index)
+        session.entries.take(step, session.step(step).check.inputs[name], Measured(value + more), index=index)
     for step in dict.fromkeys(step for step, *_ in values):
         judge_step(session, step)
     await settled(pilot)

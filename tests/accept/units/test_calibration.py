@@ -168,8 +168,7 @@ def test_a_renewed_calibration_is_judged_again(tmp_path):
 
 def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     """The downgrade is judged again from the dates on the certificate."""
-    from accept.certificate.contents.content import CertificateContent
-    from accept.certificate.verify.rejudge import rejudge
+    from accept.certificate import CertificateContent, rejudge
     from accept.certificate.verify.result_diff import differences
 
     folder = make_unit(tmp_path / "U")

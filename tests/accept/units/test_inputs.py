@@ -18,16 +18,16 @@ from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
 from accept.base.documents.results import UnitRecord
-from accept.certificate.contents.content import content_of
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate, content_of, rejudge
 from accept.certificate.page.document import render
 from accept.certificate.verify.attachments import check_result
-from accept.certificate.verify.rejudge import rejudge
+from accept.certificate.verify.rejudge import read_unit
 from accept.cli.main import app
 from accept.judging import calibration
-from accept.judging.inputs import inputs_words
 from accept.judging.judge_unit import judge_unit, load_spec
+from accept.pictures.labels import inputs_words
 from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.declare import Check, Scalar, Vector
@@ -182,14 +182,15 @@ def test_a_certificate_of_an_earlier_program_verifies_and_lacks_its_inputs(folde
     before = judge_unit(unit, by, own=False)
     assert before.verdict is UnitVerdict.ACCEPTED
     contents = content_of(before, by, unit.path, "Ann")
+    attached = read_unit(contents.files[UNIT_FILE])
     bare = [{k: v for k, v in f.items() if k != "inputs"} for f in contents.result["findings"]]
     for result in (contents.result, {**contents.result, "findings": bare}):
         made = replace(contents, result=result)
         again = rejudge(made)
         with pytest.raises(InvalidCertificate, match="differs"):
-            check_result(made, again)
+            check_result(made, attached, again)
     old = replace(contents, result={**contents.result, "findings": bare}, code_sha256="0" * 64)
-    step = check_result(old, rejudge(old))
+    step = check_result(old, attached, rejudge(old))
     assert not step.complete
     assert "by this version conditional: added mass 7 kg by unit.toml, but the spec says 6.4 kg" in step.words
     assert "does not state findings[flatness_um].inputs" in step.words

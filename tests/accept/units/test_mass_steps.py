@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from accept.capture import mass_steps
+from accept.capture import recipes
 from accept.cli.main import app
 from accept.commands.bench import hw
 from accept.judging import judge_unit
@@ -83,7 +83,7 @@ class Technician:
 
     def load(self, circuit: str) -> None:
         late = 0.37  # s: nobody is on time
-        add, remove = mass_steps.ADD_S + late, mass_steps.REMOVE_S + late
+        add, remove = recipes.ADD_S + late, recipes.REMOVE_S + late
         self.peer.bench = Bench(k=K[circuit], add=add, remove=remove)
         self.peer.began = self.peer.clock()
 
@@ -92,7 +92,7 @@ class Technician:
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of ten seconds: the check needs two before, between and after."""
     for name, value in (("ADD_S", 3.0), ("REMOVE_S", 6.0), ("END_S", 10.0)):
-        monkeypatch.setattr(mass_steps, name, value)
+        monkeypatch.setattr(recipes, name, value)
 
 
 @pytest.fixture

@@ -10,8 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.base.documents.results import UnitRecord
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import CertificateContent, InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.cli.main import app
 from accept.judging.judge_unit import judge_unit, load_spec

@@ -12,6 +12,7 @@ from pypdf import PdfReader
 from typer.testing import CliRunner, Result
 
 from accept.base.home import home
+from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.cli.main import app
 from accept.judging.decisions import DecisionError, Signer
@@ -176,13 +177,13 @@ def test_a_certificate_that_leaves_it_out_is_not_valid(session: Session, note: b
     """Judged again from the attached unit.toml, which has the note."""
     from dataclasses import replace
 
-    from accept.certificate.verify import attachments, rejudge
+    from accept.certificate.verify import rejudge
     from accept.certificate.verify.result_diff import differences
 
     if note:
         session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     certify.Signing(session).sign("correct horse", WHY)
-    contents = attachments.read(Path(str(session.attempt.certificate)).read_bytes())
+    contents = read_contents(Path(str(session.attempt.certificate)).read_bytes())
     forged = {key: value for key, value in contents.result.items() if key != "nonconformances"}
     forged["verdict"] = "accepted"
     again = rejudge.rejudge(replace(contents, result=forged))

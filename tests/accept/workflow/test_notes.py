@@ -12,8 +12,7 @@ from PIL import Image
 from pypdf import PdfReader
 
 from accept.base.home import home
-from accept.certificate.contents.content import content_of
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate, content_of, read_contents
 from accept.certificate.page.document import render
 from accept.certificate.verify import attachments
 from accept.judging.judge_unit import judge_unit, load_spec
@@ -106,7 +105,7 @@ def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, 
     small = (session.folder / NOTES_FOLDER / "crack.print.jpg").read_bytes()
     text = shown[0][0].extract_text().replace("\n", "")
     assert hashlib.sha256(small).hexdigest() in text.replace(" ", "")
-    contents = attachments.read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
     assert contents.files["notes/crack.print.jpg"] == small
     other = io.BytesIO()
     Image.new("RGB", (1200, 600)).save(other, "JPEG")

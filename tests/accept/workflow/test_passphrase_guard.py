@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
-from accept.certificate.signature.signing import SigningRefused
+from accept.certificate import SigningRefused
 from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from accept.certificate import read_contents
 from accept.certificate.trust import keys
-from accept.certificate.verify import attachments
 from accept.cli.main import app
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
@@ -74,7 +74,7 @@ def by_command(command: str) -> Callable[[Path, Path, Path], Path]:
 
 def contents(pdf: Path) -> dict[str, Mapping[str, Any]]:
     """Result and manifest, without what tells one bench from another."""
-    read = attachments.read(pdf.read_bytes())
+    read = read_contents(pdf.read_bytes())
     provenance = {key: value for key, value in read.provenance.items() if key not in OF_A_BENCH}
     panels = {name: repr(panel) for name, panel in read.panels.items()}
     return {"result": read.result, "manifest": read.manifest() | {"provenance": provenance}, "panels": panels}

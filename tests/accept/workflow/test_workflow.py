@@ -8,11 +8,8 @@ import pytest
 from pypdf import PdfReader
 
 from accept.base.home import home
-from accept.certificate.contents.disposition import DispositionError
-from accept.certificate.signature.signing import SigningRefused
+from accept.certificate import DispositionError, SigningRefused, Verification, read_contents
 from accept.certificate.trust import keys
-from accept.certificate.verify import attachments
-from accept.certificate.verify.verification import Verification
 from accept.judging import golden
 from accept.judging.decisions import Signer
 from accept.judging.judge_unit import load_spec
@@ -30,7 +27,7 @@ from accept.workflow.worker.judging import Elsewhere, judge_here, judge_step, ju
 from accept.workflow.worker.not_done import NotDone
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
-from hw.records import write_csv
+from hw.records.writers import write_csv
 
 REASON = "only the stroke was wanted"
 HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of [STB] 2.1.2
@@ -164,7 +161,7 @@ def test_a_unit_that_is_not_accepted_is_signed_with_a_reason_only(session: Sessi
     assert report.valid
     assert CertificateSigned.of(session.store.latest(session.serial, CertificateSigned.KIND)).reason == REASON
     pdf = Path(session.attempt.certificate)
-    assert attachments.read(pdf.read_bytes()).provenance["signed_because"] == REASON
+    assert read_contents(pdf.read_bytes()).provenance["signed_because"] == REASON
     assert REASON in " ".join(PdfReader(pdf).pages[0].extract_text().split())
     assert certify.Signing(session).countersign("battery staple", "use-as-is", "for a trial").countersigned
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accept.analysis.misalignment import as_document
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
 from checks.cause import Cause

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from accept.models.model_file import as_weighed, open_model_file
 from checks.cause import NoResult
 from checks.misalignment.estimate import estimate_misalignment

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from accept.analysis import misalignment
 from accept.cli.main import app
-from accept.gap.responses import responses
+from accept.gap.unit_responses import responses
 from accept.judging import judge_unit
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import open_model

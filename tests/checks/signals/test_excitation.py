@@ -10,15 +10,15 @@ from scipy.signal import lfilter, welch
 
 from accept.base.exit_codes import Exit
 from accept.commands.physics import excite
-from accept.commands.physics.excite_options import Playing, Shaping, SweepOptions
+from accept.commands.physics.excite import Playing, Shaping, SweepOptions
 from checks.declare import Series
-from checks.signals.drive import multisine as ms
-from checks.signals.drive.excitation import ExcitationError, Rig
+from checks.signals.drive import excitation as ms
+from checks.signals.drive.excitation import ExcitationError, Rig, fade, ramp, trapezoid
 from checks.signals.drive.excitation_panels import excitation_panels
-from checks.signals.drive.ramps import fade, ramp, trapezoid
 from checks.signals.drive.shapes import Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1
-from hw.records import read, write_mat
+from hw.records import read
+from hw.records.writers import write_mat
 
 BENCH = Rig()
 QUICK = Rig(ramp_s=0.5)

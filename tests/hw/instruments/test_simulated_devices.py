@@ -5,8 +5,8 @@ import pytest
 from hw.link import Deadline, Link
 from hw.serial_port import LineSettings
 from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server
-from hw.simulated.faults import damaged
 from hw.simulated.lcr800 import _scaled
+from hw.simulated.server import damaged
 
 
 def said(device, message: bytes) -> bytes:

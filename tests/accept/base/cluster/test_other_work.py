@@ -31,10 +31,10 @@ from accept.batch.judge_batch import BatchRequest, run
 from accept.commands.fleet import selection
 from accept.commands.fleet.options import Outputs
 from accept.commands.physics import gap, lookup
-from accept.commands.physics.gap import GapAnswer, GapJob
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
+from accept.gap.job import GapAnswer, GapJob
 from accept.judging.judge_unit import load_spec
 from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model

@@ -15,8 +15,9 @@ from asn1crypto import pem
 from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature
 from pyhanko.pdf_utils.reader import PdfFileReader
 
+from accept.certificate import SigningRefused
 from accept.certificate.page.document import render
-from accept.certificate.signature.signing import P256_ORDER, SigningRefused, sign
+from accept.certificate.signature.signing import P256_ORDER, sign
 from accept.certificate.trust import authority, encrypted_key, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents

@@ -11,12 +11,13 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import load_der_public_key
 
+from accept.certificate import SigningRefused
 from accept.certificate.page.document import render
-from accept.certificate.signature.signing import SigningRefused, sign
+from accept.certificate.signature.signing import sign
 from accept.certificate.trust import key_changes, keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential, KeysError
-from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents
+from tests.accept.certificate.verify.verify_help import verify
 
 LIBRARIES = ("/usr/lib/softhsm/libsofthsm2.so", "/usr/lib64/pkcs11/libsofthsm2.so")
 LIBRARY = next((path for path in LIBRARIES if os.path.exists(path)), None)

@@ -13,13 +13,13 @@ from pyhanko.sign.validation.dss import DocumentSecurityStore
 from typer.testing import CliRunner
 
 from accept.base.home import home
+from accept.certificate import SigningRefused, Validity
 from accept.certificate.signature import long_term, signing
 from accept.certificate.signature.long_term import RevocationData
-from accept.certificate.signature.signing import SigningRefused, sign
+from accept.certificate.signature.signing import sign
 from accept.certificate.signature.timestamp import stamper
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.verify.verification import Validity
 from accept.cli.main import app
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.signature.time_authority import Authority, made_authority, responder
@@ -129,8 +129,8 @@ def test_without_an_answer_nothing_is_signed(bench: Bench) -> None:
 def test_the_list_of_revoked_keys_is_kept_with_the_certificate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As it was when the unit was judged, so that it is there when the authority is gone; one that was forged or left
     out of the authority's own says nothing."""
+    from accept.certificate import read_contents
     from accept.certificate.trust import key_changes
-    from accept.certificate.verify.attachments import read
 
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple", authority_passphrase="the office")
     office = keys.folder(home())
@@ -138,7 +138,7 @@ def test_the_list_of_revoked_keys_is_kept_with_the_certificate(tmp_path: Path, m
     pdf, unit = tmp_path / "a.pdf", make_unit(tmp_path / "u", "A-1")
     run = CliRunner().invoke
     assert run(app, ["report", str(unit), "--spec", "apa-basic", "--out", str(pdf)]).exit_code == 0
-    assert "BEGIN X509 CRL" in read(pdf.read_bytes()).provenance["crl"]
+    assert "BEGIN X509 CRL" in read_contents(pdf.read_bytes()).provenance["crl"]
     assert run(app, ["verify", str(pdf)]).exit_code == 0
     other = keys.init(tmp_path / "other", "correct horse", "Eve", authority_passphrase="the office") / "ca.pem"
     assert run(app, ["verify", str(pdf), "--trust", str(other)]).exit_code == 3

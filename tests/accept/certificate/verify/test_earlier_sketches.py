@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 from accept.base.version import code_sha256
-from accept.certificate.contents.content import content_of
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate, content_of
 from accept.certificate.verify.attachments import check_result
+from accept.certificate.verify.rejudge import read_unit
 from accept.judging.judge_unit import judge_unit, load_spec
 from accept.units import unit_folder
+from accept.units.unit_folder import UNIT_FILE
 from tests.accept.batch.test_copies import unit
 from tests.accept.units.units import LOOPS
 
@@ -26,9 +27,10 @@ def test_sketches_without_turning_points(tmp_path: Path) -> None:
     judged = replace(earlier, samples=more)
     contents = content_of(judged, spec, folder, "Ann")
     before = replace(contents, result={**contents.result, "samples": fewer}, code_sha256="0" * 64)
-    assert check_result(before, judged) is not None
+    attached = read_unit(contents.files[UNIT_FILE])
+    assert check_result(before, attached, judged) is not None
     with pytest.raises(InvalidCertificate):
-        check_result(replace(before, code_sha256=code_sha256()), judged)
+        check_result(replace(before, code_sha256=code_sha256()), attached, judged)
     forged = {name: {key: f"X{text[1:]}" for key, text in texts.items()} for name, texts in fewer.items()}
     with pytest.raises(InvalidCertificate):
-        check_result(replace(before, result={**before.result, "samples": forged}), judged)
+        check_result(replace(before, result={**before.result, "samples": forged}), attached, judged)

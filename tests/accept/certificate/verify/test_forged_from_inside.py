@@ -17,16 +17,14 @@ from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 from typer.testing import Result
 
 from accept.base.home import home
-from accept.certificate.contents.content import CertificateContent, content_of
+from accept.certificate import CertificateContent, SigningRefused, Validity, content_of, read_contents, rejudge
+from accept.certificate.contents.content import signed_text
 from accept.certificate.page.document import render
-from accept.certificate.signature.signing import SigningRefused, _metadata, _signer, sign
+from accept.certificate.signature.signing import _metadata, _signer, sign
 from accept.certificate.trust import authority, key_changes, keys, revocation, spec_approval
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import rejudge, verify_file
-from accept.certificate.verify.verification import Validity, verify
+from accept.certificate.verify.rejudge import verify_file
 from accept.judging import judge_unit
 from accept.store import open_store
 from accept.store.seal import own_key
@@ -35,7 +33,7 @@ from accept.workflow.certify import Signing
 from specs.model import builtin_models
 from specs.spec import builtin
 from tests.accept.certificate.certificate_help import WHEN, bench_signed, certificate_contents, judged_again, stated
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused, verify
 from tests.accept.units.units import make_unit
 from tests.shared.command_line import accept
 
@@ -145,13 +143,13 @@ def test_a_verdict_that_does_not_follow_from_its_numbers_is_found(bench: Bench, 
 
 
 def test_countersigning_waits_until_it_was_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from accept.certificate.contents import content
+    from accept.certificate.contents import gathering
     from accept.certificate.verify import attachments
 
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     monkeypatch.setattr(attachments, "SIZE_LIMIT", 0)
-    monkeypatch.setattr(content.content_of, "__defaults__", (0, {}, None))
+    monkeypatch.setattr(gathering.content_of, "__defaults__", (0, {}, None))
     unit, pdf = make_unit(tmp_path / "unit", "A-1"), tmp_path / "a.pdf"
     (unit / "heights.csv").write_text("x_mm,y_mm,z_um\n" + "".join(f"{x},{x * x % 7},{x % 3}\n" for x in range(8)))
     text = (unit / "unit.toml").read_text()
@@ -400,7 +398,7 @@ def test_a_certificate_that_the_store_never_heard_of_is_not_plainly_valid(tmp_pa
     technician = keys.unlock(home(), TECHNICIAN, "correct horse")
     with open_store() as store:
         head = store.signed_head()
-    contents = read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
 
     def signed(name: str, head: dict[str, Any] | None) -> Result:
         given = {k: v for k, v in {**contents.provenance, "head": head}.items() if v is not None or k == "replaces"}
@@ -479,7 +477,7 @@ def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path) 
     accept(*words)
     pdf = tmp_path / "out" / "certificates" / "S-1.pdf"
     assert "S-1: unchanged" in accept(*words).stderr
-    before = read(pdf.read_bytes())
+    before = read_contents(pdf.read_bytes())
     assert list(before.result["models"]) == [str(model)]
     assert model.read_bytes() in before.models[str(model)].values()
     assert accept("verify", pdf).exit_code == 0
@@ -487,7 +485,7 @@ def test_a_model_file_that_changed_after_certification_is_found(tmp_path: Path) 
     model.write_text(model.read_text() + "\n# another tolerance\n")
     again = accept(*words)
     assert "unchanged" not in again.stderr
-    after = read(pdf.read_bytes())
+    after = read_contents(pdf.read_bytes())
     assert after.result["models"] != before.result["models"]
     assert accept("verify", pdf).exit_code == 0
 
@@ -500,7 +498,7 @@ def test_the_bench_signs_what_it_states_for_one_result(tmp_path: Path) -> None:
     bench. Red before: the bench signed no result."""
     pdf = tmp_path / "a.pdf"
     accept("report", written(tmp_path / "u", 1.72), "--spec", "apa-basic", "--out", pdf)
-    technician, honest = keys.unlock(home(), TECHNICIAN, "correct horse"), read(pdf.read_bytes())
+    technician, honest = keys.unlock(home(), TECHNICIAN, "correct horse"), read_contents(pdf.read_bytes())
     trust = [keys.ca(home())]
     assert "which signed the result and" in " ".join(verify(pdf.read_bytes(), trust, rejudge).details)
     good = replace(judged(tmp_path / "good"), operator=honest.operator, provenance=honest.provenance)

@@ -12,20 +12,18 @@ from typing import Any
 import pytest
 
 from accept.base.home import home
-from accept.certificate import events
-from accept.certificate.contents.content import CertificateContent
+from accept.certificate import CertificateContent, Validity, Verification, read_contents, rejudge
+from accept.certificate.contents.content import signed_text
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN, Credential
-from accept.certificate.trust.provenance import signed_text
 from accept.certificate.trust.revocation import FILE, revoked_in
 from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import Known, Validity, Verification, verify
+from accept.certificate.verify.ports import Known
 from accept.store import open_store
 from accept.store.seal import own_key
+from tests.accept.certificate.certificate_help import signed_event
 from tests.accept.certificate.verify.test_statements import (
     PHRASE,
     accept,
@@ -35,6 +33,7 @@ from tests.accept.certificate.verify.test_statements import (
     plainly,
     verified,
 )
+from tests.accept.certificate.verify.verify_help import verify
 from tests.soak import SOAK
 
 LABORATORY = """name = "Acceptance laboratory"
@@ -67,7 +66,7 @@ def contents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CertificateCont
     certified(tmp_path, "B-1", spec=str(spec), stroke=181.7)
     second = certified(tmp_path, "B-1", spec=str(spec), stroke=366.1)
     assert plainly(verified(second))
-    whole = read(second.read_bytes())
+    whole = read_contents(second.read_bytes())
     absent = {"head", "bench", "signature", "crl", "authority", "before", "laboratory", "number", "replaces"}
     assert absent <= whole.provenance.keys()
     return whole
@@ -125,7 +124,7 @@ def forged(contents: CertificateContent, words: str, given: dict[str, Any], tech
 def told(contents: CertificateContent, pdf: bytes) -> None:
     """Tell the bench's store that it was signed."""
     with open_store() as store:
-        events.signed(store, contents.serial, Path("forged.pdf"), pdf, TECHNICIAN, who="Test Technician")
+        store.write(signed_event(Path("forged.pdf"), pdf), contents.serial, who="Test Technician")
 
 
 def checked(pdf: bytes, known: Known | None = None) -> Verification:

@@ -13,17 +13,13 @@ import numpy as np
 import pytest
 
 from accept.base.home import home
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import CertificateContent, InvalidCertificate, Validity, read_contents, rejudge
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
-from accept.certificate.verify.attachments import read
 from accept.certificate.verify.gap_check import check_gap, own_words
 from accept.certificate.verify.picture_check import SEEN, check_pictures
-from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import Validity, verify
 from accept.judging import judge_unit
 from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse
@@ -35,7 +31,7 @@ from specs.spec import builtin
 from specs.strict import toml_of
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.test_forged_from_inside import accept, judged, reported, written
-from tests.accept.certificate.verify.verify_help import NOW, Bench, refused
+from tests.accept.certificate.verify.verify_help import NOW, Bench, refused, verify
 
 
 @pytest.fixture(scope="module")
@@ -415,7 +411,7 @@ def test_a_name_writes_no_part_of_the_first_line(tmp_path: Path, monkeypatch: py
 def unknown_to_the_store(folder: Path) -> Path:
     """Signed with the technician's own key by a program of his own, at another second: in the same one it is the same
     file to the byte."""
-    contents = read(reported(folder).read_bytes())
+    contents = read_contents(reported(folder).read_bytes())
     pdf = folder / "b.pdf"
     later = datetime.now(UTC) + timedelta(seconds=2)
     pdf.write_bytes(sign(render(contents), keys.unlock(home(), TECHNICIAN, "correct horse"), later))

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from accept.base.exit_codes import Exit
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate import InvalidCertificate, read_contents
 from accept.certificate.trust import keys
-from accept.certificate.verify import attachments
-from accept.certificate.verify.structure import check_structure, read_unknown
+from accept.certificate.verify.rejudge import read_unit
+from accept.certificate.verify.structure import check_structure
 from tests.accept.certificate.verify.hostile_files import HAND_MADE, mutated, signed_by
 from tests.accept.certificate.verify.verify_help import Bench
 
@@ -94,6 +94,11 @@ def test_tables_are_refused_before_any_parser(name: str, words: str) -> None:
 
 def test_attachments_of_an_unknown_file_are_read_through_the_same_door() -> None:
     with pytest.raises(InvalidCertificate, match="stands no plain table"):
-        read_unknown(attachments.read, HAND_MADE["index of milliards"]())
+        read_contents(HAND_MADE["index of milliards"]())
     with pytest.raises(InvalidCertificate):
-        read_unknown(attachments.read, signed_by(b"<00>"))
+        read_contents(signed_by(b"<00>"))
+
+
+def test_a_unit_file_longer_than_any_is_not_parsed() -> None:
+    with pytest.raises(ValueError, match="at most 1000000 are read"):
+        read_unit(b"#" * 1_000_001)

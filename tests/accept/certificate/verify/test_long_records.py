@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from accept.certificate import read_contents
 from accept.certificate.verify import attachments
 from accept.units.loaded_unit import LoadedUnit
 from checks.declare import Series
@@ -49,7 +50,7 @@ def test_a_record_of_too_many_samples_is_not_read(
 
 
 def test_the_shorter_ones_are_judged(certified: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    contents = attachments.read(certified[0].read_bytes())
+    contents = read_contents(certified[0].read_bytes())
     raw = contents.files["loops.csv"]
     files = {"unit.toml": b"", "loops.csv": raw, "other.csv": raw, "long.csv": raw + raw}
     longer = replace(contents, files=files)

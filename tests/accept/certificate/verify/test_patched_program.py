@@ -14,28 +14,26 @@ import pytest
 from typer.testing import Result
 
 from accept.base.home import home
+from accept.base.names import KeyHolder
 from accept.batch import pipeline
-from accept.certificate import certify
-from accept.certificate.contents.content import RESULTS, CertificateContent
+from accept.certificate import CertificateContent, Validity, certify, read_contents, rejudge
+from accept.certificate.contents.content import RESULTS
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import commissioning, encrypted_key, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import rejudge
-from accept.certificate.verify.verification import Validity, verify
 from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.nonconformance import decide, open_nonconformances
 from accept.judging.reservations import Reservations
 from accept.store import Event, open_store
 from accept.store import store as appending
-from accept.store.event import KeyHolder
 from accept.store.opening import DATABASE
 from accept.store.payloads import Decision, StepNoted
 from accept.store.store import Store
 from accept.units import unit_folder
 from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, own_spec, plainly, unit, verified
+from tests.accept.certificate.verify.verify_help import verify
 
 CONCESSION = ("--disposition", "use-as-is", "--because", "only a scratch")
 NOTED = '[notes]\nstroke = ["NONCONFORMANCE: scratch (Test Technician)"]\n'
@@ -387,7 +385,7 @@ def test_a_decision_without_a_certificate_is_about_what_was_shown(tmp_path: Path
 
 def test_attachments_take_no_more_memory_than_a_certificate_needs(tmp_path: Path) -> None:
     """Read like all that nothing is known of: a signer can promise anything in a few bytes."""
-    contents = read(certified(tmp_path, "A-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "A-1").read_bytes())
     whole = contents.attachments()
     swollen = {**whole, RESULTS: whole[RESULTS].rstrip()[:-1] + b" " * 250_000_000 + b"}"}
     with pytest.MonkeyPatch.context() as m:

@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.provenance import PROVENANCE, Provenance
+from accept.certificate import CertificateContent, InvalidCertificate, Provenance
+from accept.certificate.contents.provenance import PROVENANCE
 from accept.certificate.contents.statements import ROWS, STATEMENTS
 from tests.accept.certificate.certificate_help import certificate_contents, stated_head
 

@@ -18,27 +18,25 @@ from typer.testing import CliRunner, Result
 from accept.base.documents.document import written_hints
 from accept.base.documents.results import UnitRecord
 from accept.base.home import home
-from accept.certificate import events
+from accept.certificate import CertificateContent, ContentError, Validity, read_contents, rejudge
 from accept.certificate.contents import content as C
-from accept.certificate.contents.content import MANIFEST, RESULTS, CertificateContent, ContentError
+from accept.certificate.contents.content import MANIFEST, RESULTS, hashes_of, signed_text
 from accept.certificate.contents.statements import PAGE, STATEMENTS, statement_of
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
-from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.attachments import read
-from accept.certificate.verify.rejudge import rejudge
 from accept.certificate.verify.statements import unlisted
-from accept.certificate.verify.verification import Validity, verify
 from accept.cli.main import app
 from accept.pictures.pdf.assemble import assemble
 from accept.store import open_store
 from accept.store.payloads import AttemptStarted
 from accept.store.seal import own_key
 from specs.model import builtin_models
+from tests.accept.certificate.certificate_help import signed_event
+from tests.accept.certificate.verify.verify_help import verify
 from tests.soak import SOAK
 
 PHRASE = "correct horse"
@@ -88,7 +86,7 @@ def forged(path: Path, contents: CertificateContent, when: datetime | None = Non
     path.write_bytes(sign(render(contents), technician, when or datetime.now(UTC)))
     if told:
         with open_store() as store:
-            events.signed(store, contents.serial, path, path.read_bytes(), TECHNICIAN, who=technician.person)
+            store.write(signed_event(path, path.read_bytes()), contents.serial, who=technician.person)
     return path
 
 
@@ -168,7 +166,7 @@ def drawn_from(page: bytes, attachments: Mapping[str, bytes]) -> bytes | None:
 @pytest.mark.slow
 def test_no_field_can_be_changed_or_left_out(tmp_path: Path) -> None:
     pdf = certified(tmp_path, "B-1", sensor=1.72, stroke=181.7)
-    contents = read(pdf.read_bytes())
+    contents = read_contents(pdf.read_bytes())
     technician, roots, now = keys.unlock(home(), TECHNICIAN, PHRASE), [keys.ca(home())], datetime.now(UTC)
     whole, page = contents.attachments(), render(contents)
     documents = {name: json.loads(whole[name]) for name in (MANIFEST, RESULTS)}
@@ -190,7 +188,7 @@ def test_no_field_can_be_changed_or_left_out(tmp_path: Path) -> None:
 
 
 def test_the_table_names_every_statement(tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     assert unlisted(contents) == []
     assert all(s.how for s in STATEMENTS)
     assert {name for name in written_hints(UnitRecord) if statement_of(RESULTS, name) is None} == set()
@@ -207,8 +205,8 @@ def test_the_table_names_every_statement(tmp_path: Path) -> None:
 
 def test_another_code_hash_is_never_plainly_valid(tmp_path: Path) -> None:
     """The pictures of a good unit and false words over a bad one's data, by a program that states another hash."""
-    bad = read(certified(tmp_path, "B-1", sensor=1.72).read_bytes())
-    good = read(certified(tmp_path, "G-1", serial="G-1", stroke=366.1, last=-1).read_bytes())
+    bad = read_contents(certified(tmp_path, "B-1", sensor=1.72).read_bytes())
+    good = read_contents(certified(tmp_path, "G-1", serial="G-1", stroke=366.1, last=-1).read_bytes())
     words = "CORRECTION: the verdict above was withdrawn after review, the unit is ACCEPTED."
     other = replace(bad, code_sha256="0" * 64)
     for number, contents in enumerate((other, replace(other, panels=good.panels, statement=words))):
@@ -220,7 +218,7 @@ def test_another_code_hash_is_never_plainly_valid(tmp_path: Path) -> None:
 
 
 def test_this_program_writes_one_format(tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "B-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "B-1").read_bytes())
     headless = replaced(contents, without="head")
     old = replace(headless, format=1, operator="Somebody Else")
     assert verified(forged(tmp_path / "f.pdf", old, told=False)).exit_code == 3
@@ -230,7 +228,7 @@ def test_this_program_writes_one_format(tmp_path: Path) -> None:
 
 def test_copies_are_looked_for_in_the_attached_records(tmp_path: Path) -> None:
     """Typed readings of A-1 under the serial X-1, with the sketches left out of the result."""
-    first = read(certified(tmp_path, "A-1", serial="A-1").read_bytes())
+    first = read_contents(certified(tmp_path, "A-1", serial="A-1").read_bytes())
     text = first.files["unit.toml"].replace(b"A-1", b"X-1")
     digest = hashlib.sha256(text).hexdigest()
     result = {k: v for k, v in first.result.items() if k != "samples"}
@@ -286,7 +284,7 @@ def test_what_the_store_knows_is_compared(
     certified(tmp_path, "B-1", stroke=265.5)
     second = certified(tmp_path, "B-1", stroke=366.1)
     assert plainly(verified(second))
-    done = verified(forged(tmp_path / "f.pdf", change(read(second.read_bytes()))))
+    done = verified(forged(tmp_path / "f.pdf", change(read_contents(second.read_bytes()))))
     assert done.exit_code in (3, 4), done.output
 
 
@@ -306,7 +304,7 @@ def test_a_folder_with_the_name_of_an_attempt_hides_none(
     with open_store() as store:
         store.write(AttemptStarted(started, "apa", {}, "", {}), "B-1", who="Test Technician")
     certified(tmp_path, rejected_in, stroke=265.5)
-    contents = read(certified(tmp_path, "x/attempt-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "x/attempt-1").read_bytes())
     if stated == 1:
         contents = replaced(contents, without="before", attempt=1, replaces=None)
     done = verified(forged(tmp_path / "f.pdf", contents))
@@ -338,7 +336,7 @@ def test_current_needs_somebody_to_ask(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_a_signature_before_what_it_replaces(tmp_path: Path) -> None:
     certified(tmp_path, "A-1", stroke=265.5)
-    contents = read(certified(tmp_path, "A-1", stroke=366.1).read_bytes())
+    contents = read_contents(certified(tmp_path, "A-1", stroke=366.1).read_bytes())
     back = forged(tmp_path / "f.pdf", contents, datetime.now(UTC) - timedelta(minutes=40))
     done = verified(back)
     assert (done.exit_code, "clock ran back" in done.stdout) == (4, True), done.output
@@ -354,7 +352,7 @@ def own_spec(path: Path) -> Path:
 
 
 def test_nobody_is_named_as_approving_without_a_signature(tmp_path: Path) -> None:
-    contents = read(certified(tmp_path, "A-1", spec=str(own_spec(tmp_path / "mine.toml"))).read_bytes())
+    contents = read_contents(certified(tmp_path, "A-1", spec=str(own_spec(tmp_path / "mine.toml"))).read_bytes())
     for approval in ({"person": "Grace Hopper", "time": "2026-11-01"}, {"reason": "approved by Grace on the phone"}):
         done = verified(forged(tmp_path / "f.pdf", replaced(contents, approval=approval)))
         assert done.exit_code == 3, done.output
@@ -407,11 +405,11 @@ def test_an_approval_covers_the_model_files(tmp_path: Path, monkeypatch: pytest.
     (folder / "unit.toml").write_text('serial = "S-1"\nkind = "strut"\n')
     words = ("report", folder, "--spec", lab, "--out", tmp_path / "s.pdf")
     accept(*words)
-    approved = read((tmp_path / "s.pdf").read_bytes())
+    approved = read_contents((tmp_path / "s.pdf").read_bytes())
     assert verified(tmp_path / "s.pdf", "--require", "approved").exit_code == 0
     model.write_text(model.read_text() + "\n# another arm\n")
     accept(*words)
-    edited = read((tmp_path / "s.pdf").read_bytes())
+    edited = read_contents((tmp_path / "s.pdf").read_bytes())
     assert edited.provenance["approval"] == {"reason": f"its approval does not cover the model file {model}"}
     done = verified(tmp_path / "s.pdf", "--require", "approved")
     assert (done.exit_code, "NOT APPROVED" in done.stdout) == (3, True), done.output
@@ -426,7 +424,7 @@ def test_an_approval_covers_the_model_files(tmp_path: Path, monkeypatch: pytest.
 def test_a_lost_key_is_as_good_as_a_found_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     keys.init(home(), PHRASE, "Test Technician", authority_passphrase="authority phrase")
     monkeypatch.setenv("ACCEPT_CA_PASSPHRASE", "authority phrase")
-    contents = read(certified(tmp_path, "A-1").read_bytes())
+    contents = read_contents(certified(tmp_path, "A-1").read_bytes())
     pdf = forged(tmp_path / "f.pdf", contents, datetime.now(UTC) - timedelta(minutes=30))
     assert accept("keys", "revoke", "Test Technician", "--reason", "lost").exit_code == 0
     done = verified(pdf)
@@ -434,7 +432,7 @@ def test_a_lost_key_is_as_good_as_a_found_one(tmp_path: Path, monkeypatch: pytes
 
 
 def test_the_store_is_asked_by_default() -> None:
-    from accept.commands.trust.verify import check_store as asked
+    from accept.certificate.verify.rejudge import check_store as asked
 
     assert asked is check_store
 

@@ -14,18 +14,16 @@ from pypdf import PdfReader, PdfWriter
 
 from accept.base import version
 from accept.base.documents.results import UnitRecord
+from accept.certificate import CertificateContent, InvalidCertificate, Validity, Verification, read_contents
 from accept.certificate.contents import content as certificate_content
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
-from accept.certificate.verify.attachments import unpack
+from accept.certificate.verify.rejudge import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
-from accept.certificate.verify.verification import Validity, Verification, verify
 from accept.pictures.pdf.assemble import assemble
 from accept.store.seal import own_key
 from tests.accept.certificate.certificate_help import (
@@ -38,7 +36,7 @@ from tests.accept.certificate.certificate_help import (
     stated,
     stated_head,
 )
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused, verify
 
 
 @pytest.fixture(scope="module")
@@ -284,7 +282,7 @@ def test_differences_by_rounding_are_none() -> None:
 
 
 def test_the_code_hash_is_in_the_certificate(bench: Bench) -> None:
-    assert contents.read(bench.signed).code_sha256 == version.code_sha256()
+    assert read_contents(bench.signed).code_sha256 == version.code_sha256()
 
 
 def test_keys_made_by_init_verify_by_the_bench_ca(

@@ -84,10 +84,10 @@ def test_the_reason_is_all_that_is_said(bench: Bench, tmp_path: Path) -> None:
     broken[start - 300] ^= 1
     (tmp_path / "broken.pdf").write_bytes(bytes(broken))
     program = (
-        "import sys; from pathlib import Path; from accept.certificate.verify.verification import verify\n"
+        "import sys; from pathlib import Path; from accept.certificate import ports, verify_certificate\n"
         "from cryptography import x509\n"
         "ca = x509.load_pem_x509_certificate(Path(sys.argv[2]).read_bytes())\n"
-        "print(verify(Path(sys.argv[1]).read_bytes(), [ca]).reason)"
+        "print(verify_certificate(Path(sys.argv[1]).read_bytes(), [ca], ports()).reason)"
     )
     (tmp_path / "ca.pem").write_bytes(bench.technician.ca.public_bytes(keys.Encoding.PEM))
     command = [sys.executable, "-c", program, str(tmp_path / "broken.pdf"), str(tmp_path / "ca.pem")]

@@ -18,15 +18,15 @@ from pyhanko.sign.fields import SigFieldSpec, SigSeedSubFilter, append_signature
 from pyhanko.sign.signers import PdfSignatureMetadata, PdfSigner
 from pypdf import PdfReader, PdfWriter
 
+from accept.certificate import SigningRefused
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.page.document import render
 from accept.certificate.signature.long_term import RevocationData
-from accept.certificate.signature.signing import SigningRefused, _append, _signer, sign
+from accept.certificate.signature.signing import _append, _signer, sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
-from accept.certificate.verify.verification import verify
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, credentials, refused, verify
 
 NOTHING = RevocationData()
 

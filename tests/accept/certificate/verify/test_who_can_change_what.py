@@ -14,15 +14,14 @@ from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter
 
 from accept.base.home import home
+from accept.certificate import CertificateContent, ContentError, Validity, Verification
 from accept.certificate.contents import content as C
-from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent, ContentError
+from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, hashes_of, signed_text
 from accept.certificate.contents.statements import PAGE, STATEMENTS
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
-from accept.certificate.trust.provenance import hashes_of, signed_text
 from accept.certificate.verify.against_store import check_store
-from accept.certificate.verify.verification import Validity, Verification
 from accept.store import StoreHead
 from accept.store.seal import _said, own_key
 from accept.units.unit_folder import UNIT_FILE

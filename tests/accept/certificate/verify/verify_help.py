@@ -2,9 +2,9 @@
 
 import io
 from binascii import hexlify, unhexlify
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +13,27 @@ from cryptography import x509
 from cryptography.hazmat.primitives.hashes import SHA256
 from pyhanko.pdf_utils.reader import PdfFileReader
 
+from accept.certificate import Verification, ports, verify_certificate
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
-from accept.certificate.verify.verification import Verification, verify
+from accept.certificate.verify.ports import Rejudge
 from tests.accept.certificate.certificate_help import ROOT_KEYS, WHEN, certificate_contents, judged_again
 
 NOW = WHEN + timedelta(days=400)
 LATER = WHEN + timedelta(hours=2)
+
+
+def verify(
+    pdf: bytes,
+    trust: Sequence[x509.Certificate],
+    rejudge: Rejudge | None = None,
+    now: datetime | None = None,
+    **more: Any,
+) -> Verification:
+    """With the bench's own rooms, and this judge of the unit."""
+    return verify_certificate(pdf, trust, ports(rejudge), now, **more)
 
 
 @dataclass(frozen=True)

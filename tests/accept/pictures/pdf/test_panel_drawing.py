@@ -18,7 +18,7 @@ from pypdf import PdfReader
 from reportlab.pdfgen.canvas import Canvas
 
 from accept.pictures.pdf.fonts import register
-from accept.pictures.pdf.panel_drawing import BOTTOM, LEFT, RIGHT, TOP, draw_panel
+from accept.pictures.pdf.panels import BOTTOM, LEFT, RIGHT, TOP, draw_panel
 from accept.pictures.scale import Scale, scales
 from checks.picture import Heights, Image, Line, Panel, Text
 from tests.accept.pictures.test_pictures import EVERYTHING, MAPS

@@ -22,7 +22,7 @@ from accept.workflow.steps.unit_list import RIG, Queue
 from accept.workflow.worker.not_done import STOPPED
 from checks.cause import Cause
 from hw.errors import NoReply
-from hw.records import write_csv, write_mat
+from hw.records.writers import write_csv, write_mat
 from tests.accept.workflow.dialogue.step_driver import at_step
 from tests.hw.instruments.fake_instrument import Fake, Only
 

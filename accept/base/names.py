@@ -1,10 +1,15 @@
-"""Names of persons: two that a reader takes for one are one person ([UTS39], skeletons).
+"""Names of persons: the operator's, and two that a reader takes for one, which are one person ([UTS39], skeletons).
 
-The table holds the letters of living scripts that Unicode's list of confusables gives for a Latin letter or digit.
+The table holds the letters of living scripts that Unicode's list of confusables gives for a Latin letter or digit. The
+workflow asks for the operator before anything slow is imported: nothing slow is imported here.
 """
 
+import getpass
+import sys
 import unicodedata
 
+_FIRST_PERSON = 501 if sys.platform == "darwin" else 1000  # number of the first account that is a person's
+_NOBODY = 65534
 _LOOK_LIKE = {
     "2": "ƧϨᒿꙄꝚ",
     "3": "ƷȜЗӠⳌꝪꞫ",
@@ -92,6 +97,36 @@ _LOOK_LIKE = {
 _PROTOTYPE = {ord(letter): latin for latin, letters in _LOOK_LIKE.items() for letter in letters}
 _PROTOTYPE |= {ord("I"): "l", ord("1"): "l", ord("|"): "l", ord("0"): "O"}
 _EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HIRAGANA"}  # written beside Latin letters
+
+
+class KeyHolder(str):
+    """The name on a key that its holder opened. An event under any other name is marked `typed`."""
+
+
+def shown_name(who: str, typed: bool) -> str:
+    """Return the name of a person as printed beside a decision."""
+    return f"{who} (typed)" if typed else str(who)
+
+
+def operator_name(given: str | None) -> str:
+    """Return the given operator, else the login name, else `unknown`, which the certificate then shows."""
+    if given:
+        return given
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "unknown"
+
+
+def is_system_account(name: str) -> bool:
+    """Return whether a name is a system account, such as root: a person does not sign with it."""
+    try:
+        import pwd  # not on every system
+
+        number = pwd.getpwnam(name).pw_uid
+    except (ImportError, KeyError, ValueError):
+        return name in ("unknown", "root", "Administrator", "SYSTEM")
+    return not _FIRST_PERSON <= number < _NOBODY
 
 
 def same_person(one: str, other: str) -> bool:
