@@ -18,7 +18,7 @@ from textual.events import Key
 from textual.widgets import Input
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
-from accept.tui.screens.start import labels
+from accept.workflow.dialogue.start import labels
 from tests.accept.tui.tui_help import loader, press, running, type_line
 from tests.accept.units.units import DATA
 

@@ -13,7 +13,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from accept.base.atomic_files import remove_leftovers
-from accept.base.documents.results import ListedUnit, UnitRecord
+from accept.base.documents.results import ListedUnit, UnitHeader, UnitRecord
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.base.plain_text import as_utf8
 from accept.base.progress import steps
@@ -30,6 +30,7 @@ from accept.fleet import keep_findings
 from accept.gap import one_line
 from accept.judging.golden import BenchStopped
 from accept.judging.parts import part_doubts
+from accept.judging.voids import counted
 from accept.pictures.labels import label_of
 from accept.store import Event, Store, StoreError, fold
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
@@ -250,7 +251,7 @@ class _Batch:
         self.doubted: list[str] = []  # judged earlier with a recording that another unit has too
         self.unsigned = set[str]()  # judged without a new certificate, though one was wanted
         self.started = 0  # number of the event that says so
-        self.built: dict[str, tuple[Mapping[str, str], Sequence[str]]] = {}  # parts, and the doubts that were stated
+        self.built: dict[str, tuple[UnitHeader, Sequence[str]]] = {}  # with parts, and the doubts that were stated
 
     def enrol(self) -> None:
         """Put the units that can be judged into the roster; refuse the others. Two folders of one serial are
@@ -298,7 +299,7 @@ class _Batch:
             roster.judged(unit.serial, before.seq, unchanged=True)
             # Noted again: the run that judged it may have been killed before it could.
             self.doubted += pipeline.weaken_others(unit.serial, known.reservations.copies)
-            self._note_parts(unit.serial, unit.header.parts, known.reservations.part_doubts)
+            self._note_parts(unit.header, known.reservations.part_doubts)
             self.say(f"{unit.serial}: unchanged, {before.result.marked_word}")
             return None
         return pipeline.prepare(unit, known, certificate, self._place(unit))
@@ -321,7 +322,7 @@ class _Batch:
         self.roster.judged(result.serial, settled.seq)
         self.roster.keep(outcome.result)
         self.doubted += settled.weakened
-        self._note_parts(result.serial, result.parts, result.part_doubts)
+        self._note_parts(job.unit.header, result.part_doubts)
         self.say(f"{prefix}{result.serial}: {result.marked_word}{_why(result)}")
         if settled.unsigned:
             self.unsigned.add(result.serial)
@@ -333,8 +334,8 @@ class _Batch:
         results are invalid."""
         for serial in sorted(set(self.doubted)):
             self._settle_again(serial, "a recording that is also another unit's")
-        for serial, (parts, stated) in sorted(self.built.items()):
-            if part_doubts(self.store, serial, parts) != list(stated):
+        for serial, (strut, stated) in sorted(self.built.items()):
+            if part_doubts(self.store, strut) != list(stated):
                 self._settle_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
     def _settle_again(self, serial: str, because_of: str) -> None:
@@ -367,7 +368,8 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    ended = ends_before(fold(self.pipeline.events(serial), before=judged.seq))
+                    past = counted(self.store, self.pipeline.events(serial))
+                    ended = ends_before(fold(past, before=judged.seq))
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)
@@ -376,9 +378,9 @@ class _Batch:
             results.finish([{"name": s.name, "sha256": s.sha256} for s in used], report.refused, report.verdicts)
         report.units = results.units
 
-    def _note_parts(self, serial: str, parts: Mapping[str, str], stated: Sequence[str]) -> None:
-        if parts:  # of units without any there may be many
-            self.built[serial] = parts, stated
+    def _note_parts(self, unit: UnitHeader, stated: Sequence[str]) -> None:
+        if unit.parts:  # of units without any there may be many
+            self.built[unit.serial] = unit, stated
 
     def _refuse_unit(self, path: Path, reason: str, prefix: str = "") -> None:
         self.roster.refuse(path)

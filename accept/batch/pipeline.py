@@ -36,6 +36,7 @@ from accept.judging.folder_name import confirm, question
 from accept.judging.golden import check_may_judge, goldens, missed
 from accept.judging.judge_unit import serial_fits
 from accept.judging.reservations import Reservations
+from accept.judging.voids import counted
 from accept.models.evidence import evidence_of, named_models
 from accept.store import Event, Overtaken, Store, UnitState, fold
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
@@ -122,7 +123,7 @@ class Pipeline:
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
-        before = fold(past)
+        before = fold(counted(self.store, past))
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
@@ -199,7 +200,7 @@ class Pipeline:
 
     def _settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         past, found = self.events(job.unit.serial), judgement.result
-        last = fold(past)
+        last = fold(counted(self.store, past))
         result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
@@ -209,7 +210,7 @@ class Pipeline:
             return self._settle(job, job.judge())
         before, reason, because = last, job.reason, ""
         if due is not None:
-            before, reason = fold(past, before=due.seq), due.judged.reason
+            before, reason = fold(counted(self.store, past), before=due.seq), due.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
         signs = job.certificate is not None and self.services.signs

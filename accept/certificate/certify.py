@@ -110,8 +110,9 @@ def sign_into(
             signer = Signer(credential.key, credential.certificate)
             if nonconformances:
                 about.append(decided(store, serial, decision, signer, nonconformances))
-            own = sign_decision(DISPOSITION, content_of(serial, decision, before), signer)
-            decision = replace(decision, signed=own)
+            # what is stated is signed too: else it could be given as about what another store has
+            stated = content_of(serial, decision, before) | {"nonconformances": list(nonconformances)}
+            decision = replace(decision, signed=sign_decision(DISPOSITION, stated, signer))
     digest = hashlib.sha256(signed).hexdigest()
     event = CertificateSigned(
         str(path.resolve()), digest, credential.role, decision, before, number=number, reason=reason, judged=judged

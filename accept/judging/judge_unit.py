@@ -1,16 +1,18 @@
 """Judging a unit by a spec, which gives findings. The workflow, the batch and the demo all call this."""
 
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, Field, ValidationError, create_model
 
 from accept.base.documents.results import Information, UnitRecord
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging.calibration import Statement
-from accept.judging.check_settings import settings_problems
 from accept.judging.rules import Case, judged
 from accept.models.evidence import Models, model_of
 from accept.units import unit_folder as units
@@ -28,10 +30,49 @@ from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import NAME, CheckSpec, Spec, load
-from specs.strict import SpecError
+from specs.strict import Finite, Positive, SpecError, Strict, problem_line
 
 if TYPE_CHECKING:
     from checks.model import Model
+
+
+def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
+    """Return the errors in the settings that a spec gives a check, a line each with key path and value. A setting that
+    the check does not declare is ignored."""
+    declared: dict[str, Any] = {
+        s.name: (_type(s.default, Positive if s.positive else Finite), ...) for s in check.settings if s.name in given
+    }
+    try:
+        create_model("Settings", __base__=Strict, **declared).model_validate({name: given[name] for name in declared})
+    except ValidationError as e:
+        return [problem_line({**p, "loc": ("checks", check.name, "settings", *p["loc"])}) for p in e.errors()]
+    return []
+
+
+def _type(default: Any, number: Any) -> Any:
+    """Return the type of a setting, derived from its default: a number, not negative if the default is not; a text; a
+    pair, from and to; so many numbers or points; or, if the default is empty, any list of numbers. number: type of
+    each."""
+    if isinstance(default, str):
+        return str
+    if not isinstance(default, list | tuple):
+        return Annotated[number, Field(ge=0)] if default >= 0 else number
+    if not default:
+        return list[number]
+    if isinstance(default[0], list | tuple):
+        return _so_many(_so_many(number, len(default[0])), len(default))
+    numbers = _so_many(number, len(default))
+    return Annotated[numbers, AfterValidator(_rising)] if len(default) == 2 and default[0] < default[1] else numbers
+
+
+def _so_many(item: Any, count: int) -> Any:
+    return Annotated[list[item], Field(min_length=count, max_length=count)]
+
+
+def _rising(ends: list[float]) -> list[float]:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"{ends[0]:g} to {ends[1]:g} is not a range; expected from < to")
+    return ends
 
 
 def default_spec(kind: str) -> Spec:

@@ -1,27 +1,27 @@
 """Parts of a strut: each is accepted before it is built in, and stands in one strut.
 
-For each part that a strut names the store is asked for its last verdict, and whether another strut's last judgement
-names it too. If either speaks against the part, the strut is conditional at best. A part that the store does not know,
+For each part that a strut names the store is asked for its last verdict, what holds it since, and whether another
+strut's last judgement names it too. If any of these speaks against the part, the strut is conditional at best; so is
+one that was measured if its part was simulated. A part that the store does not know,
 such as a joint that is not judged as a unit, raises no doubt. Serials that differ only in capitals are one part: the
 store holds no two units of such serials (`accept.base.spelling`).
 """
 
-from collections.abc import Mapping
-
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import UnitHeader, UnitRecord
 from accept.base.spelling import difference, spelling_key
+from accept.judging.nonconformance import open_nonconformances
 from accept.judging.voids import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from checks.verdict import UnitVerdict
 
 
-def part_doubts(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
+def part_doubts(store: Store, strut: UnitHeader) -> list[str]:
     """Return the doubts about the parts of a strut, a sentence each. Raises StoreError."""
-    return [words for name, part in sorted(parts.items()) for words in _doubts(store, serial, name, part)]
+    return [words for name, part in sorted(strut.parts.items()) for words in _doubts(store, strut, name, part)]
 
 
-def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
+def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
     if (known := store.other_spelling(part)) is not None:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
     last = store.latest(part, UnitJudged.KIND)
@@ -29,9 +29,14 @@ def _doubts(store: Store, serial: str, name: str, part: str) -> list[str]:
         return [f"{name} {difference(part, known)}" for known in store.look_alikes(part)]
     if (void := voids(store, part).get(last.seq)) is not None:
         return [f"the last judgement of {name} {part} was declared void: {void.words}"]
-    verdict = str(UnitJudged.of(last).result.verdict)
-    found = [] if verdict == UnitVerdict.ACCEPTED else [f"{name} {part} was judged '{verdict}' on {last.time[:10]}"]
-    return found + [f"{name} {part} stands in {other} too" for other in _units_with(store, part) if other != serial]
+    result = UnitJudged.of(last).result
+    accepted = result.verdict == UnitVerdict.ACCEPTED
+    found = [] if accepted else [f"{name} {part} was judged '{result.verdict}' on {last.time[:10]}"]
+    if accepted and (held := open_nonconformances(store, part, {})):
+        found.append(f"{name} {part} is held since it was accepted: {'; '.join(held)}")
+    if result.simulated and not strut.simulated:
+        found.append(f"{name} {part} was simulated")
+    return found + [f"{name} {part} stands in {one} too" for one in _units_with(store, part) if one != strut.serial]
 
 
 def _units_with(store: Store, part: str) -> list[str]:

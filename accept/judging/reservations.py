@@ -62,7 +62,7 @@ class Reservations:
         samples: Samples = {} if entry is None else entry.samples
         alone = cls(
             tuple(copies_of(store, unit.serial, str(unit.path.resolve()), samples)),
-            tuple(part_doubts(store, unit.serial, unit.header.parts)),
+            tuple(part_doubts(store, unit.header)),
             folder=doubted_folder(store, unit, confirmed_by),
             rereadings={} if entry is None else rereadings(store, unit.serial, samples, entry.findings, entry.inputs),
         )

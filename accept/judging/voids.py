@@ -4,11 +4,12 @@ A void judgement stays in the store and in the history. It counts in no yield, c
 valid, and it makes no earlier judgement valid again: the unit is judged once more.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.judging.decisions import Signer, problem_here, sign_decision
-from accept.store import Store, StoreHead
+from accept.store import Event, Store, StoreHead
 from accept.store.payloads import AttemptVoided, UnitJudged
 from specs.errors import AcceptError
 
@@ -57,13 +58,21 @@ def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -
 def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
     """Return number of a judgement's event -> the decision that it is void, of one unit or of all. A decision without a
     valid signature of quality assurance does not count, nor one about an event of another store. Raises StoreError."""
-    found = {}
-    for event in store.events(serial, AttemptVoided.KIND):
-        said = AttemptVoided.of(event)
-        own = not said.event or store.holds(StoreHead(said.judged, said.event))
-        if own and problem_here(AttemptVoided.KIND, _content(event.subject, said), said.signed, weakens=True) is None:
-            found[said.judged] = Void(said.judged, said.attempt, said.reason, event.who, event.time)
-    return found
+    said = [AttemptVoided.of(event) for event in counted(store, store.events(serial, AttemptVoided.KIND))]
+    return {s.judged: Void(s.judged, s.attempt, s.reason, s.signed.person, s.signed.time) for s in said if s.signed}
+
+
+def counted(store: Store, events: Iterable[Event]) -> Iterator[Event]:
+    """Yield events of this store but for decisions on void attempts that do not count: a store takes any event, and
+    `accept.store.fold` believes it. Raises StoreError."""
+    for event in events:
+        if event.what == AttemptVoided.KIND:
+            said = AttemptVoided.of(event)
+            own = not said.event or store.holds(StoreHead(said.judged, said.event))
+            content = _content(event.subject, said)
+            if not own or problem_here(AttemptVoided.KIND, content, said.signed, weakens=True) is not None:
+                continue
+        yield event
 
 
 def _content(serial: str, said: AttemptVoided) -> dict[str, Any]:

@@ -80,8 +80,8 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
     from units that are not one batch."""
     if (batch := spec.population) is not None and not batch.holds_together:
         raise ModelError(
-            f"{spec.name}: was learned from units that are no batch: of {len(batch.units) + len(batch.apart)}, "
-            f"{', '.join(batch.apart)} do not belong; `accept model learn` says why"
+            f"{spec.name}: was learned from units that are no batch: {len(batch.units)} of "
+            f"{len(batch.units) + len(batch.apart)} belong; nothing is named by it, and `accept model learn` says why"
         )
     effects = effects_of(spec)
     built_in = [each for each in effects if effect_named(each[0]).in_model]

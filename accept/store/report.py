@@ -3,6 +3,11 @@
 from accept.store.chain import StoreHead
 from accept.store.store import END_NOT_KEPT, Store
 
+NOT_SEEN = (
+    "not seen here: events that were rewritten together with all hashes after them, by a person with the bench's key; "
+    "--head FILE compares with a head or a certificate that was kept elsewhere"
+)
+
 
 def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
     """Return whether the store is unbroken, and the lines that state so or name the first broken place, and every place
@@ -18,4 +23,5 @@ def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, 
         f"warning: {name} was stored {seconds / 60:.0f} min before the event that it follows: the clock was set back"
         for name, seconds in store.clock_set_back()
     ]
-    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *unkept, *set_back]
+    unseen = [] if exported else [NOT_SEEN]
+    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *unseen, *unkept, *set_back]

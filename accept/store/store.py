@@ -359,6 +359,12 @@ class Store:
             self._hold(connection, row, before)
         return problem
 
+    def latest_time(self, before: int) -> str:
+        """Return the latest time, not after now, of the events below a number, "" without. Raises StoreError."""
+        e, now = tables.events.c, datetime.now(UTC).isoformat(timespec="microseconds")
+        asked = select(func.max(e.time)).where(e.seq < before, e.time <= now)
+        return self._ask(lambda connection: connection.scalar(asked)) or ""
+
     def clock_set_back(self) -> list[tuple[str, float]]:
         """Return by name the events more than `CLOCK_BACK_S` earlier than their predecessor, and by how many seconds.
         Raises StoreError."""

@@ -115,7 +115,9 @@ def present(connection: Connection) -> set[str]:
 
 
 def foreign_columns(connection: Connection) -> list[str]:
-    """Return the columns that differ from those of this schema, as `table.column`."""
+    """Return the columns that differ from those of this schema, as `table.column`. A view, which may show other rows to
+    the next question, has none."""
     found = inspect(connection)
-    have = {f"{t.name}.{c['name']}" for t in metadata.sorted_tables for c in found.get_columns(t.name)}
+    real = [t for t in metadata.sorted_tables if t.name in found.get_table_names()]
+    have = {f"{t.name}.{c['name']}" for t in real for c in found.get_columns(t.name)}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

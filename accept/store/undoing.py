@@ -11,9 +11,10 @@ NAMING = (UnitJudged.KIND, AttemptStarted.KIND)  # the events that bring a unit 
 def undone(events: Iterable[Event]) -> set[int]:
     """Return the numbers of undone events. Raises StoreError.
 
-    A nonconformance is never undone: only a decision of quality assurance releases it."""
+    A nonconformance is never undone: only a decision of quality assurance releases it; nor is a judgement."""
     stored = list(events)
     holding = {e.seq for e in stored if e.what == StepNoted.KIND and StepNoted.of(e).nonconformance}
+    holding |= {e.seq for e in stored if e.what == UnitJudged.KIND}
     return {EntryUndone.of(event).undoes for event in stored if event.what == EntryUndone.KIND} - holding
 
 

@@ -9,12 +9,12 @@ from textual.binding import Binding, BindingType
 from textual.events import Event, Key, MouseDown, Paste
 from textual.filter import LineFilter, Monochrome
 
-from accept.base.documents.results import unit_word
 from accept.tui import theme
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder
 from accept.tui.screens.ask import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.shift import SigningShift
 from specs.errors import AcceptError
 
@@ -177,7 +177,7 @@ class BenchApp(InOrder):
             return
         self._leave_unit()
         try:
-            opened = await asyncio.to_thread(open_at_bench, bench, (serial, kind, operator, {}, None, False))
+            opened = await asyncio.to_thread(open_at_bench, bench, Begun(serial, kind, operator))
         except (AcceptError, OSError) as e:
             self.given = Given(operator, serial, kind)
             self.show_start(str(e))
@@ -233,6 +233,8 @@ class BenchApp(InOrder):
     def close_unit(self) -> None:
         """Let go of the unit, and note how far it came."""
         if self.session is not None:
+            from accept.base.documents.results import unit_word  # what it imports is there by now
+
             attempt = self.session.run.attempt
             if attempt is not None:
                 serial, verdict = self.session.serial, attempt.verdict or "incomplete"

@@ -8,9 +8,9 @@ from typing import Any
 import tomlkit
 
 from accept.base.atomic_files import write_atomic
+from accept.units.loaded_unit import pointed_to_variant
 from accept.units.unit_entry import is_reserved
 from accept.units.unit_folder import UNIT_FILE, file_hash
-from accept.units.variants import pointed_to_variant
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records

@@ -13,18 +13,35 @@ from typing import Any
 import numpy as np
 
 from accept.units import unit_folder
-from accept.units.shared_folder import vet_shared
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_experiments import EXPERIMENTS
-from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside
-from accept.units.variants import pointed_to_variant
+from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside, vet_shared
 from checks.cause import Cause, Reason, because
 from checks.declare import CsvTable, Series, Values
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records import Source, list_channels, load_bytes, record_of, table_of
-from specs.plugins import product_named
+from specs.plugins import product_named, products
 from specs.units import CHANNEL_LABELS, parse_column
+
+
+def pointed_to_variant(
+    error: RecordError, kind: str, declared: Series | CsvTable, read: Callable[[Series], Record]
+) -> RecordError:
+    """Return why a record was refused, with the variant of its product that it fits, if any. read: reads the file as
+    declared, or raises RecordError."""
+    for product in products().values():
+        lost = isinstance(declared, Series) and declared.channels.keys() & product.absent.keys()
+        if product.variant_of != kind or not isinstance(declared, Series) or not lost:
+            continue
+        try:
+            read(declared.without(product.absent))
+        except RecordError:
+            continue
+        title = f"{product.title[0].lower()}{product.title[1:]}"
+        return RecordError(because(Cause.OTHER_VARIANT, detail=str(error.reason), title=title, kind=product.name))
+    return error
+
 
 RESPONSES = "frf"  # the section that experiments repeat under other conditions
 HELD_BYTES = 256_000_000  # of one unit's files kept in memory: twenty times a strut's; the rest is read again

@@ -5,9 +5,10 @@ import hashlib
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
+from socket import gethostname
 from typing import Any
 
 from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
@@ -43,7 +44,7 @@ class UnitFolder:
     """A unit as its folder states it. channels: our channel name -> source in the lab's record files; measured: section
     -> day of the measurement, if stated; notes: check -> its notes; experiments: responses under other conditions;
     pictures: check -> files printed on the certificate; sizes: of its files [bytes] on the machine that hands it to
-    another one (`accept.units.shared_folder`)."""
+    another one (`anywhere`)."""
 
     path: Path
     text: bytes
@@ -243,3 +244,22 @@ def file_hash(path: Path) -> str:
     """Return sha256 of a file. Raises OSError."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def anywhere(unit: UnitFolder) -> UnitFolder:
+    """Return the unit by a path that means the same to every process, with the sizes of its files as seen from here."""
+    there = replace(unit, path=unit.path.resolve())
+    return replace(there, sizes=_sizes(there))
+
+
+def _sizes(unit: UnitFolder) -> dict[str, int]:
+    files = {name: unit.path / name for name in (UNIT_FILE, *unit.files)}
+    return {name: path.stat().st_size for name, path in files.items() if path.is_file()}
+
+
+def vet_shared(unit: UnitFolder) -> None:
+    """Raise UnitError if work on a unit would be in vain here, because its folder does not look as it did from the
+    other machine: without its files it would only seem incomplete."""
+    if unit.sizes is not None and unit.sizes != _sizes(unit):
+        words = "its files are not there, or are others; share the folder under this path with every worker"
+        raise UnitError(unit.path, [f"as seen from {gethostname()}, {words}"])

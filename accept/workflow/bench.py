@@ -10,6 +10,7 @@ from accept.judging.folder_name import confirm, doubted_folder, doubted_serial, 
 from accept.store import Event, Store
 from accept.store.payloads import AttemptStarted, RunOpened
 from accept.units.unit_folder import UnitFolder
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.parse_entry import is_described, serial_problem
 from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.ports import Services
@@ -86,7 +87,7 @@ class Workbench:
         """Return the serial that is proposed for the unit after this one."""
         return ""
 
-    def at_unit(self, _: "Begun") -> "Workbench":
+    def at_unit(self, _: Begun) -> "Workbench":
         """Return the bench as it stands for a unit."""
         return self
 
@@ -111,7 +112,7 @@ class Workbench:
         """Open a unit. Raises EntryError, UnitBusy, StoreError, OSError."""
         return self.services.open_session(self.store, self.home, self.specs[kind], operator, serial, self.stated)
 
-    def open_unit(self, begun: "Begun") -> tuple[Session, list[str]]:
+    def open_unit(self, begun: Begun) -> tuple[Session, list[str]]:
         """Return the unit with an attempt to work on, and what could not be taken from its folder. Raises as
         `session`, and EntryError if a passphrase was typed for one of the entries."""
         new = [] if self.known_one(begun.serial) is not None else [begun.serial]
@@ -129,7 +130,7 @@ class Workbench:
             session.close()
             raise
 
-    def add(self, begun: "Begun") -> None:
+    def add(self, begun: Begun) -> None:
         """Begin a unit of a tray, to be measured later. Raises as `session`."""
         session, _ = self.open_unit(begun)
         session.close()
@@ -149,7 +150,7 @@ class Workbench:
             return taken.channels
         return self.stated.rig.channels if self.stated is not None and self.stated.rig is not None else NO_CHANNELS
 
-    def _attempt(self, session: Session, begun: "Begun") -> list[str]:
+    def _attempt(self, session: Session, begun: Begun) -> list[str]:
         taken = self.taken if self.taken is not None and self.taken.serial == session.serial else None
         if session.run.attempt is None or begun.reason is not None:
             simulated = taken is not None and taken.header.simulated
@@ -172,16 +173,3 @@ class Workbench:
         else:
             doubted = doubted_serial(self.store, serial)
         return question(serial, doubted) if doubted else None
-
-
-@dataclass(frozen=True)
-class Begun:
-    """The technician's entries at the start. reason: of a new attempt at a known unit; None continues the present
-    one. confirmed: whether the serial was asked about and typed once more."""
-
-    serial: str
-    kind: str
-    operator: str
-    parts: Mapping[str, str] = field(default_factory=dict)
-    reason: str | None = None
-    confirmed: bool = False

@@ -30,6 +30,7 @@ from accept.certificate.trust.authority import QA, TECHNICIAN
 from accept.certificate.trust.encrypted_key import LockedError
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation import FILE
+from accept.judging.voids import counted
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
@@ -67,14 +68,15 @@ class Signing:
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
         number, past = session.attempt.number, list(session.store.events(session.serial))
+        events = [*counted(session.store, past)]
         judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier, why_again = ends_before(fold(past, before=judged.seq)), UnitJudged.of(judged).reason
+        earlier, why_again = ends_before(fold(events, before=judged.seq)), UnitJudged.of(judged).reason
         decided = Provenance(
             number, reason=why_again, earlier=earlier, amends=amends, judged=judged.time, signed_because=why
         )
         path = session.home / "certificates" / certificate_name(session.serial, number)
         issue = Issuer(session.store, session.home, credential.person, credential).draw(
-            path, session.spec, result, fold(session.events, before=session.begun), past, decided,
+            path, session.spec, result, fold(events, before=session.begun), past, decided,
             lambda stated: content_of(result, session.spec, session.folder, credential.person, provenance=stated),
         )  # fmt: skip
         issue(judged.seq)

@@ -89,6 +89,10 @@ class Services(Protocol):
     def computation(self, session: Session, say: Callable[[str], None] = ...) -> Computation:
         """Return a computation about a unit. say: is called, from the thread that waits, with its progress."""
 
+    def key_problem(self, home: Path, operator: str) -> str:
+        """Return why an operator cannot sign as technician with the keys at this bench, and what to do; "" if nothing
+        is known against it, or the bench has no keys yet."""
+
     def signing(self, session: Session) -> SigningPort:
         """Return what signs the certificate of a unit."""
 

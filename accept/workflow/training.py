@@ -24,7 +24,8 @@ from accept.store import Event, open_store
 from accept.store.payloads import RecordLinked, ValueTaken
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE, UnitFolder
-from accept.workflow.bench import Begun, Workbench
+from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.passphrase_guard import refuse_passphrases
 from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.instruments.hardware import BenchInstruments

@@ -12,7 +12,7 @@ from checks.acceptance.responses.rules import dead_channels, record_faults
 from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
-from checks.fitting.calibrate import with_damping
+from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset, dataset_from_records
 from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
@@ -81,8 +81,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
 
 def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
-    quick = with_damping(model, "modal") or model
-    f, (dx, dy) = table_frequencies(), grid(model, *PLACES)
+    quick, f, (dx, dy) = quicker(model), table_frequencies(), grid(model, *PLACES)
     return MisalignmentTable(dx, dy, f, np.array([table_row(quick, float(x), dy, f) for x in dx]), model.name)
 
 

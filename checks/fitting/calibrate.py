@@ -60,8 +60,7 @@ def calibrate(
     wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
     ModelError as `fit` does."""
     free = free_of(model) if free is None else free
-    # With modal damping, if the model can have it, derivatives take half the time; `refine` asks the data for the form.
-    first = (with_damping(model, "modal") if model.scatters else None) or model
+    first = quicker(model) if model.scatters else model  # `refine` asks the data for the form
     found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
     return refine(found, wrap, unseen)
 
@@ -134,3 +133,8 @@ def with_damping(model: Model, damping: str) -> Model | None:
     except ModelError:
         return None
     return other
+
+
+def quicker(model: Model) -> Model:
+    """Return the model with modal damping if it can have it: derivatives take half the time, and a start is as good."""
+    return with_damping(model, "modal") or model

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
 from checks.gap.modelling.augmented import Augmented, Member
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Problem, possible_faults, with_fault
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search, quicker
+from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search
 from checks.gap.search.residuals import with_tolerance
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
@@ -26,13 +27,20 @@ def search_on(problem: Problem, channels: tuple[str, ...], say: Say, effort: Eff
 
 
 def calibrate(search: Search, problem: Problem) -> Candidate:
-    """Return the base model fitted to A, with the more likely form of damping."""
+    """Return the base model fitted to A, with the more likely form of damping. A unit has the misalignment that its
+    batch has in common or, if that agrees with no values, one within the scatter of the batch."""
     width = _level_dependence(problem)
     members: tuple[Member, ...] = (levels(problem.inputs.merge_Hz, width),) if width else ()
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = problem.inputs.model
-    first = quicker(given) if given.scatters else given
+    of_batch = {n for n in (given.joint.names if given.joint else ()) if n.startswith("misalignment.")}
+    like_all = replace(given, sds={n: sd for n, sd in given.sds.items() if n not in of_batch}) if of_batch else given
+    first = quicker(like_all) if given.scatters else like_all
     own = search.with_likelier_damping(search.fit(Augmented(first, members), {}, drawn=0))
+    if of_batch and not own.adequate:
+        own_place = replace(own.response, model=replace(own.response.model, sds=given.sds))
+        within = search.fit_from_one_place(own_place, {})  # without it the calibration has gone astray
+        own = within if within.adequate and replace(within, unseen=problem.B).adequate else own
     if own.adequate or not given.scatters:
         return own
     other = search.fit_elsewhere(own)

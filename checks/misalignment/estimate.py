@@ -17,7 +17,7 @@ from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
-from checks.fitting.calibrate import Calibration, refine, with_damping, with_likelier_damping
+from checks.fitting.calibrate import Calibration, quicker, refine, with_likelier_damping
 from checks.fitting.common_drive import BESIDE_DA, DRIVE, OF_ONE_CHANNEL, SKEW_OF_DE, DrivenModel, mechanics
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
@@ -118,11 +118,11 @@ def with_whole_scatter(model: Model) -> Model:
 
     Learning takes half of that variance as common to the units of a batch, the rest as scatter within it, and a few
     units show little of either. If the parts have nothing in common, all of it is scatter, the least that an interval
-    has to allow for. Modes and latencies are learned separately and stay."""
+    has to allow for. Modes, latencies and offsets are learned separately and stay."""
     joint = model.joint
     if joint is None:
         return model
-    kept = [is_mode_factor(n) or n in LATENCIES.values() for n in joint.names]
+    kept = [is_mode_factor(n) or n in (*LATENCIES.values(), DX, DY) for n in joint.names]
     wider = np.where(kept, 1.0, (1.0 - COMMON) ** -0.5)
     joint = replace(joint, covariance=joint.covariance * np.outer(wider, wider))
     return replace(model, joint=joint, sds={**model.sds, **joint.sds})
@@ -143,7 +143,7 @@ def free_parameters(
     sensor's gain; own_paths: also channel delays, and the gain of de relative to da."""
     own = [n for n in model.sds if not n.startswith(("constants.", "delay.", "amplifier.", "sensor.", "misalignment."))]
     places = [
-        replace(p, lo=-most, hi=most, start=at, scale=most / 4)
+        replace(p, sd=np.inf, lo=-most, hi=most, start=at, scale=most / 4)  # measured, whatever a batch foretells
         for p, at, most in zip(free_of(model, (DX, DY)), (dx, dy), table_limits_um(model), strict=True)
     ]
     gain = [n for n in SENSOR_GAIN if n in model.values and "Vs" in channels]
@@ -161,7 +161,7 @@ def _best_fit(
     model: Model, starts: Sequence[tuple[float, float]], first: Dataset, second: Dataset | None, search: OffsetSearch
 ) -> MisalignmentEstimate | None:
     """Return the estimate from these channels; None if every search breaks off."""
-    real = with_damping(model, "modal") or model
+    real = quicker(model)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = _fits(real, first, starts, search)
         if not found:
@@ -260,8 +260,9 @@ def _is_another_bench(found: Fit) -> bool:
 
 
 def _along(model: Model, found: Fit, name: str) -> AxisOffset:
-    """Return the misalignment along one axis. The APA's own asymmetry looks the same, so its variance is added."""
-    own = model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0)
+    """Return the misalignment along one axis. The APA's own asymmetry looks the same, so its variance is added, and
+    the square of what the units of a batch have in common."""
+    own = np.hypot(model.sds.get(LOPSIDED[(DX, DY).index(name)], 0.0), model.common_offset(name))
     return AxisOffset(found.at[name], COVERAGE * float(np.hypot(found.sds[name], own)))
 
 

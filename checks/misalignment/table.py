@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.calibrate import with_damping
+from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
 from checks.model.model import Model
 
@@ -63,8 +63,7 @@ def table_axes(model: Model, nx: int = 41, ny: int = 41) -> tuple[Model, Array, 
     A model with uncertain modes has more modes, so it is tabulated with real modes, which is close enough. Raises
     ModelError for a grid that is too small or a model without encoder or joints."""
     check_tabulated(model)
-    quick = with_damping(model, "modal") if model.scatters else None
-    return quick or model, *grid(model, nx, ny), table_frequencies()
+    return quicker(model) if model.scatters else model, *grid(model, nx, ny), table_frequencies()
 
 
 def table_row(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:

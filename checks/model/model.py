@@ -114,6 +114,11 @@ class Model:
             names, np.array([self.values[n] for n in names]), np.array([self.sds[n] for n in names])
         )
 
+    def common_offset(self, name: str) -> float:
+        """Return what the units of a learned batch have in common of a misalignment, or 0. A jig and the model's own
+        error look the same, so it corrects no value and is part of every U ([JCGM100] F.2.4.5)."""
+        return self.joint.values.get(name, 0.0) if self.joint and name.startswith("misalignment.") else 0.0
+
     def with_values(self, changes: Values) -> "Model":
         """Return the same model at other values. Raises ModelError for an unknown name or an impossible value."""
         return replace(self, values=self._at(changes))

@@ -32,15 +32,15 @@ SAYS = 0.1  # share of the foretold variance that a unit's data must take away b
 @dataclass(frozen=True, eq=False)
 class Prior:
     """The prior of a batch. mean (p,); mean_sd (p,): how far mu may be off; scatter (p,): 1 sd from unit to unit; both
-    count as much as `strength` observed values. kinds (p,): parameters of one kind share one factor on their scatters
-    and, three or more, one on their mean_sds, so that few units inform all; default: each its own. nu: degrees of
-    freedom of the tails; infinite: normal."""
+    count as much as `strength` observed values, or (p,). kinds (p,): parameters of one kind share one factor on their
+    scatters and, three or more, one on their mean_sds, so that few units inform all; default: each its own. nu: degrees
+    of freedom of the tails; infinite: normal."""
 
     mean: Array
     mean_sd: Array
     scatter: Array
     kinds: NDArray[np.int_] | None = None
-    strength: float = STRENGTH
+    strength: float | Array = STRENGTH
     nu: float = NU
 
 
@@ -216,13 +216,6 @@ def _core(nu: float) -> float:
         return float(integrate.quad(weighted, -12.0, 12.0)[0]) - 1.0
 
     return float(optimize.brentq(score, 0.3, 1.0))
-
-
-def belonging(precision: Array, pull: Array, prior: Prior) -> list[Belonging]:
-    """Compare each unit with the batch learned from the others."""
-    return [
-        compare(P, h, b) for P, h, b in zip(precision, pull, learn_without_each(precision, pull, prior), strict=True)
-    ]
 
 
 def learn_without_each(precision: Array, pull: Array, prior: Prior) -> list[Batch]:

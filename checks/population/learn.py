@@ -1,7 +1,9 @@
 """A model learned from a batch of units, and each unit compared with the prediction of the others.
 
 Every unit is fitted for itself (`unit_fits`). The priors are taken out again and `hierarchy` estimates the batch
-from the likelihoods. A misalignment is each strut's own: neither the batch nor the learned model states it.
+from the likelihoods. The misalignments are a random effect like the rest: a mean that all units have in common, of a
+jig, of APAs that are lopsided alike or of the model's own error, and the scatter of the units about it, both by t tails
+([LLT89]). A unit is misaligned if it lies off that mean by more than the scatter; one unit that does moves neither.
 """
 
 from collections.abc import Sequence
@@ -9,14 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from checks import distributions as stats
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
+from checks.fitting.fit import free_of
 from checks.model.channel_paths import LATENCIES
 from checks.model.joint_prior import COMMON, JointPrior
 from checks.model.learned_bench import LearnedBench
 from checks.model.model import Model
 from checks.population.hierarchy import (
+    STRENGTH,
     Batch,
     Belonging,
     Prior,
@@ -38,15 +43,16 @@ from checks.population.unit_fits import (
     Say,
     UnitFit,
     UnitOfBatch,
+    alone,
     fit_all,
-    free_with_offsets,
     predicted_gaps,
-    with_latencies,
 )
+from checks.quantity import TWO_SIDED_95
 from specs.errors import AcceptError
 
 FEWEST = 3  # units: of two it cannot be said which one does not belong
 LATENCY_SCATTER_US = 0.5  # from unit to unit on one bench
+ALIGNED = 0.1  # of the misalignment of a strut that was not aligned with care
 BIAS = 2.0  # of a mode: sd of what the model is wrong by in all units alike, in sds of the scatter
 STRANGE = 1e-3  # chance of a unit that belongs, both of all its parameters and of the worst
 HOLDS = 2 / 3  # share of the units that have to belong
@@ -78,9 +84,9 @@ class BatchMember:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """names (p,): without the offsets; model: without an earlier batch and bench; prior, batch: of these names. judged:
-    every unit, in the order given; covered: how many parameters of the units that belong lie within the prediction of
-    the others, and how many were compared. bench: the unexplained factor that it puts on every unit."""
+    """names (p,); model: without an earlier batch and bench; prior, batch: of these names. judged: every unit, in the
+    order given; covered: how many parameters of the units that belong lie within the prediction of the others, and how
+    many were compared. bench: the unexplained factor that it puts on every unit."""
 
     names: tuple[str, ...]
     model: Model
@@ -108,42 +114,38 @@ def learn_population(units: Sequence[UnitOfBatch], model: Model, say: Say, steps
     ModelError if it has no uncertain value, NothingLearned if no unit can be fitted at all."""
     if not model.sds:
         raise ModelError(f"{model.name}: no value has an sd, so there is nothing to learn")
-    fitted = fit_all([replace(u, model=_alone(u.model)) for u in units], say, steps)
+    fitted = fit_all([replace(u, model=alone(u.model)) for u in units], say, steps)
     if not any(f.G for f in fitted.fits):
         raise NothingLearned(
             f"no values of {model.name} come near the responses of any of {len(units)} units: the model is of "
             "another kind of unit, or its priors are too narrow for these"
         )
-    return population_of_fits(fitted, _alone(model), steps)
-
-
-def _alone(model: Model) -> Model:
-    """Return the model without an earlier batch and bench, and with uncertain latencies."""
-    return with_latencies(replace(model, joint=None, learned=None))
+    return population_of_fits(fitted, alone(model), steps)
 
 
 def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Population:
     """Make the batch of units that were fitted. A unit that does not belong is taken out, and the others are learned
     again."""
     fits = fitted.fits
-    free = free_with_offsets(model)
+    free = free_of(model)
     names = tuple(p.name for p in free)
+    kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
     precision, pull = _likelihoods(fits, free)
-    prior = prior_of(model, free)
+    prior = prior_of(free)
     belongs = np.array([f.fits for f in fits])
     while True:
         batches = _batches(precision, pull, prior, belongs)
-        found = [compare(P, h, b) for P, h, b in zip(precision, pull, batches, strict=True)]
+        # by what it is made of: a misaligned unit belongs
+        found = [compare(P, h, _aligned_anyhow(b, names)) for P, h, b in zip(precision, pull, batches, strict=True)]
         strange = np.array([min(b.p_all, b.p_worst) < STRANGE for b in found])
         if not (belongs & strange).any() or np.sum(belongs & ~strange) < FEWEST:
             break
         belongs &= ~strange
     batches = [replace(b, mean=physical(b.mean, free, prior.mean)) for b in batches]
     batch = learn(precision[belongs], pull[belongs], prior) if belongs.any() else learn(precision, pull, prior)
-    batch = replace(batch, mean=physical(batch.mean, free, prior.mean))
+    batch = replace(_with_few_offsets(batch, names), mean=physical(batch.mean, free, prior.mean))
     weights = np.ones(len(fits))
     weights[belongs] = batch.weights.min(axis=1) if belongs.any() else 1.0
-    kept = np.array([i for i, n in enumerate(names) if n not in OFFSETS])
     judged = tuple(
         _judge(fit, names, one, bool(ok), _gaps_left_out(fit, fitted, names, kept, b), float(weight))
         for fit, one, ok, b, weight in zip(
@@ -152,13 +154,11 @@ def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Po
     )
     damping = [f.model.damping for f, ok in zip(fits, belongs, strict=True) if ok] or [model.damping]
     return Population(
-        names=tuple(names[i] for i in kept),
+        names=names,
         model=model,
         damping=max(sorted(set(damping)), key=damping.count),  # the most frequent, the first by the alphabet if several
-        prior=replace(
-            prior, mean=prior.mean[kept], mean_sd=prior.mean_sd[kept], scatter=prior.scatter[kept], kinds=None
-        ),
-        batch=_selected_batch(batch, kept),
+        prior=prior,
+        batch=batch,
         judged=judged,
         covered=count_covered([b for b, ok in zip(found, belongs, strict=True) if ok]),
         bench=fitted.bench,
@@ -195,23 +195,40 @@ def _likelihoods(fits: Sequence[UnitFit], free: Sequence[Free]) -> tuple[Array, 
     return precision, pull
 
 
-def prior_of(model: Model, free: Sequence[Free]) -> Prior:
+def prior_of(free: Sequence[Free]) -> Prior:
     """Return the prior of a batch.
 
     A file's sd is how far one unit may lie off; half of its variance is taken for what units have in common. That of a
     mode is its scatter alone, and how far the model is off in all units is learned from all modes. A latency is the
-    bench's, and the same in all units but for the clock."""
-    sds = np.array([model.sds.get(p.name, OFFSETS.get(p.name, p.sd)) for p in free])
+    bench's, and the same in all units but for the clock. Misalignments may have anything in common; that of struts that
+    were aligned counts as one value of their scatter, so that the units decide."""
+    sds = np.array([p.sd for p in free])
+    offset = np.array([p.name in OFFSETS for p in free])
     own = np.array([p.name.startswith(MODES) for p in free])
     of_bench = np.array([p.name in LATENCIES.values() for p in free])
     kinds = [p.name.rstrip(DIGITS) if p.name.startswith(MODES) else p.name for p in free]
-    mean_sd = np.select([own, of_bench], [BIAS * sds, sds], COMMON**0.5 * sds)
+    mean_sd = np.select([own, of_bench | offset], [BIAS * sds, sds], COMMON**0.5 * sds)
+    few = [sds, np.minimum(sds, LATENCY_SCATTER_US), ALIGNED * sds]
     return Prior(
         mean=np.array([p.prior for p in free]),
         mean_sd=mean_sd,
-        scatter=np.select([own, of_bench], [sds, np.minimum(sds, LATENCY_SCATTER_US)], (1.0 - COMMON) ** 0.5 * sds),
+        scatter=np.select([own, of_bench, offset], few, (1.0 - COMMON) ** 0.5 * sds),
         kinds=np.unique(kinds, return_inverse=True)[1],
+        strength=np.where(offset, 1.0, STRENGTH),
     )
+
+
+def _with_few_offsets(batch: Batch, names: Sequence[str]) -> Batch:
+    """Return the batch with mean and scatter of the misalignments as wide as the interval of t: the units and the value
+    of the prior are too few to know a scatter ([HARTUNG01], for the mean of a random effect)."""
+    wide = float(stats.t.ppf(0.975, len(batch.units))) / TWO_SIDED_95
+    wider = np.array([wide if n in OFFSETS else 1.0 for n in names])
+    return replace(batch, scatter=batch.scatter * wider, mean_cov=batch.mean_cov * np.outer(wider, wider))
+
+
+def _aligned_anyhow(batch: Batch, names: Sequence[str]) -> Batch:
+    """Return the batch whose units may be misaligned by anything."""
+    return replace(batch, scatter=np.array([OFFSETS.get(n, s) for n, s in zip(names, batch.scatter, strict=True)]))
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:
@@ -231,17 +248,7 @@ def _judge(
     k = int(np.argmax(z))
     worst = (names[k], float(one.z[k])) if z[k] >= 0 else None
     reason = _reason(fit, one, worst, belongs)
-    return BatchMember(
-        serial=fit.serial,
-        belongs=belongs,
-        reason=reason,
-        G=fit.G,
-        G_left_out=G_left_out,
-        G_before=fit.G_before,
-        belonging=one,
-        worst=worst,
-        weight=weight,
-    )
+    return BatchMember(fit.serial, belongs, reason, fit.G, G_left_out, fit.G_before, one, worst, weight)
 
 
 def _reason(fit: UnitFit, one: Belonging, worst: tuple[str, float] | None, belongs: bool) -> str | None:
@@ -273,17 +280,3 @@ def physical(mean: Array, free: Sequence[Free], prior: Array) -> Array:
     low, high = (np.where(np.isfinite(end), (1 - NEAR_BOUND) * end, 0.0) for end in (lo, hi))
     low, high = (np.where(np.isfinite(e), near + NEAR_BOUND * prior, e) for e, near in ((lo, low), (hi, high)))
     return np.clip(mean, low, high)
-
-
-def _selected_batch(batch: Batch, kept: Array) -> Batch:
-    """Return the batch of some of its parameters."""
-    both = np.ix_(kept, kept)
-    return replace(
-        batch,
-        mean=batch.mean[kept],
-        mean_cov=batch.mean_cov[both],
-        scatter=batch.scatter[kept],
-        units=batch.units[:, kept],
-        units_cov=np.array([c[both] for c in batch.units_cov]),
-        weights=batch.weights[:, kept],
-    )

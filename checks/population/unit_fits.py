@@ -9,7 +9,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
-from checks.fitting.calibrate import Calibration, with_damping, with_likelier_damping
+from checks.fitting.calibrate import Calibration, quicker, with_likelier_damping
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint, coarse_fits, finish, free_of
@@ -132,10 +132,12 @@ class FittedUnits:
     left: UnitRatios | None
 
 
-def with_latencies(model: Model) -> Model:
-    """Return the model with the latency of each channel uncertain, unless its file states an uncertainty."""
-    unknown = {LATENCIES[c]: LATENCY_SD_US for c in model.channels if LATENCIES[c] not in model.sds}
-    return replace(model, sds={**model.sds, **unknown})
+def alone(model: Model) -> Model:
+    """Return the model without an earlier batch and bench; the latency of each channel and the misalignment of a strut
+    are uncertain, unless its file states an uncertainty."""
+    unknown = {LATENCIES[c]: LATENCY_SD_US for c in model.channels}
+    unknown |= OFFSETS if any(name.startswith("joint.") for name in model.values) else {}
+    return replace(model, joint=None, learned=None, sds={**model.sds, **unknown, **model.sds})
 
 
 def fit_all(units: Sequence[UnitOfBatch], say: Say, steps: Progress) -> FittedUnits:
@@ -144,7 +146,7 @@ def fit_all(units: Sequence[UnitOfBatch], say: Say, steps: Progress) -> FittedUn
     First each unit is fitted alone, with its misfit tolerated band by band; then in turns the bench is learned from the
     residuals of the units, and the units are fitted on that bench; at last every unit is fitted on all bins. A unit
     with an effect of its own has little weight in the bands where it shows."""
-    models = [_with_modal_damping(u.model) for u in units]
+    models = [quicker(u.model) if u.model.scatters else u.model for u in units]
     places = [_fit_alone(model, u.first) for model, u in zip(models, steps(units, "units fitted alone"), strict=True)]
     bench: LearnedBench | None = None
     left: UnitRatios | None = None
@@ -202,16 +204,10 @@ def _interpolate(f: Array, own: Array, values: Array) -> Array:
     return np.array([np.interp(f, own, column) for column in values.T]).T
 
 
-def _with_modal_damping(model: Model) -> Model:
-    """Return the model with modal damping, if it can have it: derivatives take half the time, and the last fit asks the
-    data for the form."""
-    return with_damping(model, "modal") or model if model.scatters else model
-
-
 def _fit_alone(model: Model, data: Dataset) -> Values | None:
     """Return the values of a unit fitted alone: the next fit tolerates the residual of the last one in each band of a
     channel, so that the bands that the model explains decide. None if no search succeeds."""
-    few, free = data.thinned(FEW_BINS), free_with_offsets(model)
+    few, free = data.thinned(FEW_BINS), free_of(model)
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             at = coarse_fits(model, few, free)[0].at
@@ -239,7 +235,7 @@ def _fit_beside(model: Model, r: UnitOfBatch, at: Values | None, bench: BenchFac
             tolerated[:, i] = np.where(unlike, np.maximum(tolerated[:, i], own[:, i]), tolerated[:, i])
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            return finish(model, replace(few, by_frequency=tolerated), _start_at(free_with_offsets(model), at)).at
+            return finish(model, replace(few, by_frequency=tolerated), _start_at(free_of(model), at)).at
     except (ModelError, np.linalg.LinAlgError):
         return at
 
@@ -253,18 +249,10 @@ def _last_fit(model: Model, r: UnitOfBatch, at: Values | None, bench: LearnedBen
 
     The tolerance stays that of the file, even if the data of one unit would bear a finer one: the model's error is the
     same in all units of a batch, so it does not average as their noise does."""
-    free = free_with_offsets(model)
+    free = free_of(model)
     prior, sds = np.array([p.prior for p in free]), np.array([p.sd for p in free])
-    nothing = UnitFit(
-        unit=r,
-        model=model,
-        names=tuple(p.name for p in free),
-        theta=prior,
-        cov=np.diag(sds**2),
-        G={},
-        converged=False,
-        G_before={},
-    )
+    names = tuple(p.name for p in free)
+    nothing = UnitFit(r, model, names, prior, np.diag(sds**2), G={}, converged=False, G_before={})
     if at is None:
         return nothing
     on_bench, own = r.on_bench(bench), replace(model, learned=bench)
@@ -279,16 +267,7 @@ def _last_fit(model: Model, r: UnitOfBatch, at: Values | None, bench: LearnedBen
     except (ModelError, np.linalg.LinAlgError):
         return nothing
     fit = found.fit
-    return UnitFit(
-        unit=r,
-        model=found.model,
-        names=fit.names,
-        theta=fit.values,
-        cov=fit.cov,
-        G=G,
-        converged=fit.converged,
-        G_before=before,
-    )
+    return UnitFit(r, found.model, names, fit.values, fit.cov, G, fit.converged, G_before=before)
 
 
 def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench | None) -> Gs:
@@ -297,8 +276,7 @@ def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench |
     model, r = replace(fit.model, learned=bench), fit.unit.on_bench(bench)
     priors = {} if prior is None else {n: (v, prior.sds[n]) for n, v in prior.values.items()}
     free = [
-        replace(p, prior=priors[p.name][0], sd=priors[p.name][1]) if p.name in priors else p
-        for p in free_with_offsets(model)
+        replace(p, prior=priors[p.name][0], sd=priors[p.name][1]) if p.name in priors else p for p in free_of(model)
     ]
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -306,16 +284,6 @@ def predicted_gaps(fit: UnitFit, prior: JointPrior | None, bench: LearnedBench |
             return gaps_at(model, at, r.second or r.first)
     except (ModelError, np.linalg.LinAlgError):  # values that no strut has: far from what the others predict
         return {}
-
-
-def free_with_offsets(model: Model) -> list[Free]:
-    """Return the free parameters of each unit: all that are uncertain, and its misalignment."""
-    strut = any(name.startswith("joint.") for name in model.values)
-    offsets = [n for n in OFFSETS if strut and n in model.values and n not in model.sds]
-    return [
-        *free_of(model),
-        *(replace(p, sd=OFFSETS[p.name], scale=OFFSETS[p.name] / 3) for p in free_of(model, offsets)),
-    ]
 
 
 def gaps_at(model: Model, values: Mapping[str, float], data: Dataset) -> Gs:

@@ -12,12 +12,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from accept.base.home import home
+from accept.certificate.trust import keys
+from accept.certificate.trust.authority import TECHNICIAN
 from accept.gap.analyse_unit import GapAnalysis
 from accept.gap.unit_responses import Responses
+from accept.judging.judge_unit import judge_unit
 from accept.models.model_file import open_model, open_model_file
 from accept.simulate.hammer_records import FS, ShellMode, hammer_record
 from accept.store import open_store
 from accept.store.payloads import UnitRefused
+from accept.units import unit_folder
 from checks.declare import Measured
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
@@ -31,7 +36,7 @@ from specs.spec import load
 
 ROOT = Path(__file__).parents[2]
 MOST_AT_A_DOOR, MOST_IN_ALL = 25, 177
-MOST_OF = {"accept.store": 29}  # 25 are asked for
+MOST_OF = {"accept.certificate": 40, "accept.store": 26}  # of a store 25 are asked for
 WITHOUT_A_PAGE = ("hw.instruments", "hw.recorders", "hw.records", "hw.simulated")  # theirs need a bench
 
 
@@ -106,6 +111,25 @@ def for_store() -> dict[str, Any]:
     return {"serial": "A-1", "payload": UnitRefused("units/A-1", "unit.toml is missing")}
 
 
+def for_certificate() -> dict[str, Any]:
+    keys.init(home(), "correct horse", "Ann")
+    folder = home() / "A-1"
+    folder.mkdir()
+    (folder / "unit.toml").write_text(
+        'serial = "A-1"\nkind = "apa"\n[capacitance]\nsensor_uF = 5.1\nactuator_uF = 9.8\n'
+    )
+    spec = load("apa-basic")
+    return {
+        "result": judge_unit(unit_folder.read(folder), spec),
+        "spec": spec,
+        "folder": folder,
+        "home": home(),
+        "path": home() / "A-1.pdf",
+        "credential": keys.unlock(home(), TECHNICIAN, "correct horse"),
+        "store": open_store(),
+    }
+
+
 def for_gap_of_units() -> dict[str, Any]:
     """The records of a unit are read by the tests of the gap itself: here they are simulated."""
     given = for_gap()
@@ -123,6 +147,7 @@ def for_fleet() -> dict[str, Any]:
 
 
 PAGES: dict[str, Callable[[], dict[str, Any]]] = {
+    "accept.certificate": for_certificate,
     "accept.fleet": for_fleet,
     "accept.gap": for_gap_of_units,
     "accept.store": for_store,

@@ -97,7 +97,7 @@ def test_it_is_asked_for_at_the_bench(tmp_path: Path, package: Path) -> None:
     init.write_text(init.read_text().replace("parts={}", 'parts={"pivot": "Serial number of the pivot"}'))
     installed(package, tmp_path)
     words = (
-        "from accept.tui.screens import start; from accept.workflow.open_bench import open_bench; "
+        "from accept.workflow.dialogue import start; from accept.workflow.open_bench import open_bench; "
         "print(start.labels()['kind']); print(start.parts_of('lever_2'), start.parts_of('apa')); "
         "print([s.name for s in __import__('accept.workflow.steps.plan', fromlist=['x'])"
         ".steps_of(open_bench().specs['lever_2'])])"

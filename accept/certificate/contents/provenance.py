@@ -56,7 +56,7 @@ class Part(Document):
 class Replaced(Part):
     """The judgement before: verdict, time and certificate; if it had none, the last certificate, of which attempt."""
 
-    verdict: str
+    verdict: _End
     time: _Time
     certificate: str | None
     earlier_attempt: Annotated[int, _filled] = 0
@@ -72,7 +72,7 @@ class Stopped(Part):
     """An attempt that was not accepted."""
 
     attempt: int
-    verdict: str
+    verdict: _End
     time: _Time
 
 

@@ -57,6 +57,12 @@ class RevocationList:
         return self.dated > datetime.now(UTC) + CLOCK_SLACK
 
 
+def aged(when: datetime) -> str:
+    """Return the age of a list as it stands behind its day."""
+    days = (datetime.now(UTC) - when).days
+    return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
+
+
 def read_list(path: Path, ca: x509.Certificate) -> RevocationList | None:
     """Return an authority's list, None if the file does not exist. Raises RevocationError if the list is damaged or is
     not signed by this authority."""

@@ -4,7 +4,7 @@ unit was judged since. It needs the authority's certificate and the file, and no
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 from cryptography import x509
@@ -24,7 +24,7 @@ from accept.certificate.trust.published_list import (
     read,
     unit_key,
 )
-from accept.certificate.trust.revocation import Revoked
+from accept.certificate.trust.revocation import Revoked, aged
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import OF_THE_RESULT
 
@@ -92,7 +92,7 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
     judged = [e for e in mine if e.what == JUDGED and e.seq < signature.seq and e.content == contents.record_sha256]
     if not judged:
         return [Step(f"the list of {own.name} holds no judgement with this result", complete=False)]
-    steps = [Step(f"the list of {own.name} of {_minute(own.time)}{_age(own)} holds judgement and signature")]
+    steps = [Step(f"the list of {own.name} of {_minute(own.time)}{aged(own.published)} holds judgement and signature")]
     if contents.stated.attempt != judged[-1].attempt:
         words = f"it states attempt {contents.stated.attempt or None}, the list of its bench {judged[-1].attempt}"
         steps.append(Step(words, complete=False))
@@ -162,12 +162,7 @@ def _later(own: BenchList, judged: Entry, lists: Sequence[BenchList]) -> Step:
         last = max(later, key=lambda e: e.time)
         return Step(f"the list knows a later attempt, of {_minute(last.time)}", complete=False, current=False)
     oldest = min(lists, key=lambda one: one.published)
-    return Step(f"the list knows no later attempt, up to {_minute(oldest.time)}{_age(oldest)}", current=True)
-
-
-def _age(one: BenchList) -> str:
-    days = (datetime.now(UTC) - one.published).days
-    return f" ({'today' if days < 1 else '1 day ago' if days == 1 else f'{days} days ago'})"
+    return Step(f"the list knows no later attempt, up to {_minute(oldest.time)}{aged(oldest.published)}", current=True)
 
 
 def _minute(text: str) -> str:

@@ -23,6 +23,7 @@ from accept.certificate.contents.provenance import History, differences
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
+from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
@@ -31,14 +32,15 @@ from accept.judging.copies import copies_of
 from accept.judging.decisions import words_of
 from accept.judging.folder_name import unconfirmed
 from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import standing
+from accept.judging.nonconformance import RELEASING, standing
 from accept.judging.parts import part_doubts
 from accept.judging.rereadings import rereadings
 from accept.judging.superseded import Approval
-from accept.judging.voids import voids
+from accept.judging.voids import counted, voids
 from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
 from accept.store.payloads import (
     CHOICES,
+    VOIDED,
     AttemptStarted,
     BenchStated,
     CertificateSigned,
@@ -48,7 +50,7 @@ from accept.store.payloads import (
     UnitJudged,
 )
 from accept.units.attempt_folder import attempt_number
-from checks.verdict import Verdict
+from checks.verdict import UnitVerdict, Verdict
 from specs.spec import parse
 
 
@@ -71,7 +73,7 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
         return [Step(problem, complete=False)]
     try:
         with open_store() as store:
-            events = list(store.events(contents.serial))
+            events = list(counted(store, store.events(contents.serial)))
             digest = hashlib.sha256(signed).hexdigest()
             signature = next(
                 (e for e in events if e.what == CertificateSigned.KIND and e.data["sha256"] == digest), None
@@ -116,8 +118,8 @@ def _history(
     own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
-    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND]
-    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed)) != 1:
+    signed = {e.seq: CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND}
+    if (number := contents.stated.number) and (bearing := sum(each.number == number for each in signed.values())) != 1:
         words = f"this bench's store knows {bearing} certificates of the unit with the number {number}, expected one"
         return [Step(words, complete=False)]
     own_program = contents.code_sha256 == code_sha256()
@@ -132,13 +134,16 @@ def _history(
     if own_program:  # earlier programs did not store what a bench states
         found = [differences(contents.stated, each) for each in _at_bench(store, known, own, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
+    choices = [each.disposition.choice for seq, each in signed.items() if each.disposition and seq < own.seq]
+    last = CHOICES.get(choices[-1], "") if choices and choices[-1] not in RELEASING else ""
+    said = f"quality assurance decided before it was judged: {last}" if last else ""
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
     compared = f"attempt, what it replaces{' and what its bench states' if own_program else ''}"
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
-        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
+        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
     ]
@@ -146,7 +151,8 @@ def _history(
 
 def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
-    units, comparisons with a reference, and that the key was revoked before it signed, at whatever time."""
+    units, comparisons with a reference, a clock that was set back to before a calibration ran out, and that the key was
+    revoked before it signed, at whatever time."""
     serial, entry = contents.serial, contents.record
     if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
@@ -156,25 +162,32 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
         yield f"its bench was stopped when it judged it: {e}"
     checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND))
     known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
-    for row in (entry.calibration or {}).get("instruments", ()):
+    rows = (entry.calibration or {}).get("instruments", ())
+    for row in rows:
         if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
             yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
+    for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)) if rows else ():
+        latest = store.latest_time(event.seq)
+        ended = [row["name"] for row in rows if row["due"] and row["due"] < latest[:10]]
+        if ended and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
+            dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
+            yield f"the clock was set back: {dated}, when the calibration of {ended[0]} had run out"
     for event in store.events("", KeysRevoked.KIND):
         listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
         entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
-        since = entry_of_key.revocation_date_utc if entry_of_key else None
-        if since and event.seq < signature.seq and since <= datetime.fromisoformat(event.time):
+        since = entry_of_key.revocation_date_utc.isoformat() if entry_of_key else None
+        if since and event.seq < signature.seq and since <= max(event.time, store.latest_time(signature.seq)):
             yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:
-    counted = [e for e in events if e.seq < own.seq]
-    started = [e for e in counted if e.what == AttemptStarted.KIND]
-    before = fold(counted)
+    earlier = [e for e in events if e.seq < own.seq]
+    started = [e for e in earlier if e.what == AttemptStarted.KIND]
+    before = fold(earlier)
     numbers, replaced = {1 if before is None else before.attempts + 1}, [before]
-    if started and _is_of_attempt(own, started[-1], counted):
+    if started and _is_of_attempt(own, started[-1], earlier):
         numbers.add(int(started[-1].data["number"]))  # in the workflow an attempt may be judged more than once
-        replaced.append(fold(counted, before=started[-1].seq))
+        replaced.append(fold(earlier, before=started[-1].seq))
     return History(
         own.time, own.data.get("reason"), signature.reason, numbers,
         [(replaced_by_next(each), values_before(each)) for each in replaced],
@@ -201,19 +214,25 @@ def _at_bench(
         yield replace(known, bench=stated, numbered=numbers)
 
 
-def _is_of_attempt(own: Event, started: Event, counted: Sequence[Event]) -> bool:
+def _is_of_attempt(own: Event, started: Event, earlier: Sequence[Event]) -> bool:
     """Return whether a judgement is one of the workflow's attempt that was started last: its folder has the attempt's
     number, and no other folder of the unit was judged in between. Else a folder of that name would hide an attempt."""
     if attempt_number(PurePath(str(own.data["path"])).name) != started.data["number"]:
         return False
-    return all(e.data["path"] == own.data["path"] for e in counted if e.what == UnitJudged.KIND and e.seq > started.seq)
+    return all(e.data["path"] == own.data["path"] for e in earlier if e.what == UnitJudged.KIND and e.seq > started.seq)
 
 
-def _later_than(events: Sequence[Event], when: datetime) -> list[Step]:
+def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
     """Return later judgements for a certificate whose signature this store does not hold, such as one of another bench:
-    those after it was signed. If there are none here, its own bench may have some: nothing is known."""
-    later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > when + SAME_SECOND]
-    return _later(later) if later else []
+    those after it was signed. If there are none here, its own bench may have some: nothing is known. The first line
+    names the last one before that was not accepted, which the certificate need not state."""
+    later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > signed + SAME_SECOND]
+    before = fold(events)
+    if later or before is None or before.ended[-1][1] in (UnitVerdict.ACCEPTED, VOIDED):
+        return _later(later) if later else []
+    when, verdict = before.time[:16].replace("T", " "), before.ended[-1][1]
+    words = f"this bench's store has a judgement of {when} UTC, '{verdict}', that it does not know"
+    return [Step(words, remark=words)]
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
@@ -258,7 +277,7 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
 
 
 def _built(store: Store, contents: CertificateContent) -> Step:
-    found = part_doubts(store, contents.serial, contents.record.parts)
+    found = part_doubts(store, contents.record)
     new = [words for words in found if words not in contents.record.part_doubts]
     return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
 

@@ -12,7 +12,7 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.published_list import REVOKED, BenchList
-from accept.certificate.trust.revocation import RevocationList, Revoked, merged, read_list
+from accept.certificate.trust.revocation import RevocationList, Revoked, aged, merged, read_list
 from accept.certificate.trust.revocation_record import REMEDY, fault, newest_stored
 from accept.certificate.verify.revocation_check import attached_list
 from accept.store import StoreError
@@ -29,13 +29,16 @@ class ListsBeside:
         self.entries: list[Revoked] = [entry for each in known for entry in merged(each)]
 
     def steps(self, contents: CertificateContent, published: Sequence[BenchList]) -> list[Step]:
-        """Return a step, not complete, for each authority whose list is missing, is dated in the future, or is older
-        than one that the store, a published list or the certificate has."""
+        """Return a step for each authority: number and age of its list. It is not complete if the list is missing, is
+        dated in the future, or is older than one that the store, a published list or the certificate has."""
         found = []
         for path, (ca, listed) in self._lists.items():
             known = ((self._stored[path], "the one in the store"), (attached_list(contents, ca), "the attached one"))
             problems = (fault(listed, path, other, where) for other, where in known)
             words = next(filter(None, problems), "") or _older_than_published(path, ca, listed, published)
+            if listed is not None:
+                said = f"number {listed.number} of {listed.dated:%Y-%m-%d}{aged(listed.dated)}"
+                found.append(Step(f"the list of revoked keys: {said}"))
             found += [Step(words, complete=False)] if words else []
         return found
 

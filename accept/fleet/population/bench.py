@@ -1,7 +1,7 @@
 """A learned bench as a section of a model file, as a document for scripts, and in sentences for people."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -150,17 +150,7 @@ def bench_document(found: Population, learned_on: str | None, changed: Sequence[
     return {
         "learned_on": learned_on,
         "latencies": {c: {"tau_us": tau, "U": U, "file_us": file} for c, (tau, U, file) in latencies(found).items()},
-        "features": [
-            {
-                "channel": f.channel,
-                "f_lo_Hz": f.f_lo_Hz,
-                "f_hi_Hz": f.f_hi_Hz,
-                "at_Hz": f.at_Hz,
-                "size": f.size,
-                "u": f.u,
-            }
-            for f in (features(bench) if bench is not None else [])
-        ],
+        "features": [asdict(f) for f in (features(bench) if bench is not None else [])],
         "G": {c: {"without": before, "with": after} for c, (before, after) in median_gaps(found).items()},
         "changed": list(changed),
     }

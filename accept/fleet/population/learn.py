@@ -6,13 +6,16 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+import tomlkit
 
 from accept.base.progress import steps
 from accept.gap import Responses, responses
-from accept.models.model_file import OpenedModel, as_weighed
+from accept.models.model_file import OpenedModel, as_weighed, model_of_spec
 from accept.units.unit_folder import UnitError
 from checks.errors import ModelError
 from checks.population import FEWEST, Population, UnitOfBatch, learn_population
+from specs.model import parse_model
+from specs.model_sections import ApaOfModes
 
 SAME = 1e-6  # relative: a copy in single precision stays below it, a repeat of the recording does not
 
@@ -23,6 +26,18 @@ class LearnedPopulation(Population):
 
     given: OpenedModel
     inputs: Mapping[str, Mapping[str, str]]
+
+
+def with_scatter(given: OpenedModel, say: Callable[[str], None]) -> OpenedModel:
+    """Return a model whose modes scatter as those of any APA, if its file takes every APA for the same: the batch shows
+    by how much. Raises SpecError, ModelError."""
+    if not isinstance(given.spec.apa, ApaOfModes) or given.spec.apa.mode_scatter is not None:
+        return given
+    say("the model file states no [apa] mode_scatter: that of the batch is learned, from 1 % in frequency on")
+    document = tomlkit.parse(given.spec.text)
+    scatter = document["apa"]["mode_scatter"] = tomlkit.inline_table()
+    scatter.update({"frequency": 0.01, "damping": 0.20})
+    return model_of_spec(parse_model(tomlkit.dumps(document).encode(), given.spec.name, Path(given.spec.folder)))
 
 
 def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Responses]:
@@ -52,6 +67,7 @@ def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Response
 
 def learn(measured: Sequence[Responses], given: OpenedModel, say: Callable[[str], None]) -> LearnedPopulation:
     """Learn bench and batch from units. Raises ModelError, NothingLearned."""
+    given = with_scatter(given, say)
     units = [
         UnitOfBatch(m.serial, as_weighed(given, m.serial, m.payload_kg).model, m.first, m.second, m.payload_kg)
         for m in measured

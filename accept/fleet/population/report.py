@@ -34,8 +34,7 @@ from checks.picture import Band, Line, Mark, Panel
 from checks.population import BatchMember
 from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded_U, with_U
-from specs.model import ModelSpec
-from specs.model_sections import ApaOfModes, PopulationRecord
+from specs.model_sections import PopulationRecord
 from specs.units import unit_of, with_unit
 
 HEAD = 20 * mm
@@ -45,10 +44,7 @@ SHOWN = 14  # parameters in the picture
 LISTED = 24  # values in the table of the page; the rest moved by a fraction of their uncertainty
 LEARNED = 0.9  # share of its prior's standard deviation that is left of a mean that counts as learned
 PAIRS = 12  # of values that vary together: the strongest; the others are counted
-NO_SCATTER = (
-    "the model file states no [apa] mode_scatter, so it takes every APA for the same; units differ in each mode by "
-    "about 1 %: state mode_scatter = { frequency = 0.01, damping = 0.20 } under [apa] and learn again"
-)
+OF_ALL = "All units: {}. By a jig, lopsided APAs or the model: it names no unit, and is part of U of each misalignment."
 EXPLAINED = (
     "A point is one unit's own value, a bar the batch's mean with its 95 % interval, in standard deviations of the "
     "model file from its value. What the units have in common lies away from zero, what differs between them apart."
@@ -142,19 +138,21 @@ def lines(found: LearnedPopulation, changed: Sequence[str] = ()) -> list[str]:
     kept = [j.serial for j in found.judged if j.belongs]
     out = [f"learned from {len(kept)} units: {', '.join(kept)}" if kept else "no unit belongs to a batch"]
     out += [f"{j.serial} does not belong: {j.reason}" for j in found.judged if not j.belongs]
-    out += bench.bench_lines(found, changed)
+    out += bench.bench_lines(found, changed) + common_offsets(found)
     if compared:
         out.append(f"{inside} of {compared} values lie where the other units foretell them with 95 %")
     out += [f"  {line}" for line in shifts(found)]
     if not found.holds:
         out.append("these units do not hold together: too few of them belong to one batch to learn from")
-        out += missing_scatter(found.given.spec)
     return out
 
 
-def missing_scatter(spec: ModelSpec) -> list[str]:
-    """Return the likely cause of units that do not hold together, if the model file leaves it out."""
-    return [NO_SCATTER] if isinstance(spec.apa, ApaOfModes) and spec.apa.mode_scatter is None else []
+def common_offsets(found: LearnedPopulation) -> list[str]:
+    """Return the misalignment that the units have in common, if it exceeds its U."""
+    mean, U = found.batch.mean, 2.0 * np.sqrt(np.diag(found.batch.mean_cov))
+    certain = [i for i, n in enumerate(found.names) if n.startswith("misalignment.") and abs(mean[i]) > U[i]]
+    words = (f"{value_label(found.model, found.names[i])} {with_U(float(mean[i]), float(U[i]))} um" for i in certain)
+    return [OF_ALL.format(" and ".join(words))] if certain else []
 
 
 def shifts(found: LearnedPopulation, most: int = 8) -> list[str]:
@@ -308,8 +306,7 @@ def _untold(found: LearnedPopulation) -> list[Flowable]:
     if pairs:
         more = "" if len(together) <= PAIRS else f", and {len(together) - PAIRS} pairs more"
         story.append(words("Told only together (correlation): " + ", ".join(pairs) + more + ".", page_style.SMALL))
-    offset = "The misalignment of a strut is its own: it was fitted with each and is not part of the batch."
-    return [*story, words(offset, page_style.SMALL)]
+    return story
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], widths_mm: Sequence[float]) -> Table:

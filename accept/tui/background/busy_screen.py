@@ -4,41 +4,36 @@ import asyncio
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from importlib import import_module
-from types import ModuleType
+from inspect import isawaitable
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 from textual.timer import Timer
-from textual.widgets import Label
+from textual.widgets import Input, Label
 from textual.worker import Worker, WorkerState
 
-Then = Callable[[Any], None]
+from accept.workflow.dialogue.turn import Common, Turn
+
+Then = Callable[[Any], Any]  # what it returns is awaited if it can be
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
-# Modules of a library that import each other fail when two threads begin at different ends.
-_ONE_IMPORT = threading.Lock()
-
-
-def load_module(name: str) -> ModuleType:
-    """Return a module that takes long to import; called in a thread."""
-    with _ONE_IMPORT:
-        return import_module(name)
+# Held while a thread imports what takes long: modules of a library that import each other fail when two threads begin
+# at different ends.
+ONE_IMPORT = threading.Lock()
 
 
 def after(first: Callable[[], None], go_on: Then | None) -> Then:
     """Return a function that does the first and goes on."""
 
-    def both(what: Any) -> None:
+    def both(what: Any) -> Any:
         first()
-        if go_on is not None:
-            go_on(what)
+        return None if go_on is None else go_on(what)
 
     return both
 
@@ -73,6 +68,7 @@ class Working(Screen[T]):
         self._doing: tuple[str, float] | None = None
         self._ended = asyncio.Event()  # of what was sent
         self._clock: Timer | None = None
+        self.dialogue: Any = None  # its state
         self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
         self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
@@ -96,6 +92,40 @@ class Working(Screen[T]):
         worker = self.run_worker(action, group=group, thread=True, exit_on_error=False)
         self._afterwards[worker] = (then, failed)
 
+    async def answer(self, event: Callable[..., Turn[Any]], *data: Any) -> None:
+        """Let the dialogue of this screen answer an event, with what is typed and stored at this moment, and do what
+        follows."""
+        if self.alive:
+            await self.follow(self.at_present().then(event, *data))
+
+    def later(self, event: Callable[..., Turn[Any]], *data: Any) -> None:
+        self.call_next(self.answer, event, *data)
+
+    async def follow(self, turn: Turn[Any]) -> None:
+        """Show what follows from an event, and execute its effects."""
+        if turn.words is not None:
+            self.say(turn.words.text, turn.words.role)
+        self.dialogue = turn.state
+        await self.draw()
+        for effect in turn.effects:
+            if effect is Common.BELL:
+                self.app.bell()
+            elif effect is Common.SELECT:
+                if isinstance(self.focused, Input):
+                    self.focused.select_all()
+            else:
+                await self.execute(effect)
+
+    def at_present(self) -> Turn[Any]:
+        """Return the dialogue with what is typed and stored at this moment."""
+        raise NotImplementedError
+
+    async def draw(self) -> None:
+        """Show the dialogue as it is now."""
+
+    async def execute(self, effect: Any) -> None:
+        """Do what a dialogue asks for."""
+
     @property
     def idle(self) -> bool:
         """Return whether nothing is running or waiting."""
@@ -114,6 +144,13 @@ class Working(Screen[T]):
     async def is_secret(self, text: str) -> bool:
         """Return whether text, which is about to be taken for something else, is a passphrase of this bench."""
         return await asyncio.to_thread(cast(KnowsPassphrases, self.app).is_secret, text)
+
+    async def secret_among(self, texts: Sequence[tuple[str, str]]) -> str | None:
+        """Return the field of the first text that is a passphrase of this bench, None without one."""
+        for name, text in texts:
+            if await self.is_secret(text):
+                return name
+        return None
 
     def say(self, words: str, role: str = "quiet") -> None:
         """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
@@ -163,7 +200,7 @@ class Working(Screen[T]):
         self._afterwards[self._in_order] = (then, failed)
         self._doing, self.progress = ((doing, time.monotonic()) if doing else None), ""
 
-    def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
+    async def on_worker_state_changed(self, event: Worker.StateChanged) -> None:
         worker = event.worker
         if event.state not in (WorkerState.SUCCESS, WorkerState.ERROR, WorkerState.CANCELLED):
             return
@@ -171,13 +208,16 @@ class Working(Screen[T]):
         if worker is self._in_order:
             self._in_order, self._doing = None, None
             self._ended.set()
+        following: Any = None
         if event.state is WorkerState.ERROR and worker.error is not None:
-            self._report(worker.error, failed)
+            following = self._report(worker.error, failed)
         elif event.state is WorkerState.SUCCESS and then is not None and self.alive:
-            then(worker.result)
+            following = then(worker.result)
         self._next()
+        if isawaitable(following):
+            await following
 
-    def _report(self, error: BaseException, failed: Then | None) -> None:
+    def _report(self, error: BaseException, failed: Then | None) -> Any:
         from accept.tui.background.problems import (
             words_of,  # heavy to import, and only needed when something went wrong
         )
@@ -185,8 +225,7 @@ class Working(Screen[T]):
         words = words_of(error)
         self.app.bell()
         self.say(words, "bad")
-        if failed is not None and self.alive:
-            failed(words)
+        return failed(words) if failed is not None and self.alive else None
 
     def _tick(self) -> None:
         if self._doing and (passed := time.monotonic() - self._doing[1]) > _CLOCK_AFTER_S:

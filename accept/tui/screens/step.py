@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.widgets import Input, Label, Static
+from textual.widgets import Label, Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.pictures.labels import label_of
@@ -81,7 +81,7 @@ class StepScreen(Page):
         self.step = session.step(name)
         super().__init__(bench, session, self.step.guide.words, name)
         self.service = StepService(bench, session, self.step)
-        self.dialogue = dialogue.opening(self.step, self.service.facts(None)).state
+        self.dialogue: StepDialogue = dialogue.opening(self.step, self.service.facts(None)).state
         self._shown: object = None  # that the parts above the fields were drawn from
         self._fields: Sequence[Field] = ()
         self._laying_out = asyncio.Lock()
@@ -100,47 +100,25 @@ class StepScreen(Page):
 
     async def on_mount(self) -> None:
         if self.alive:
-            await self._follow(dialogue.opening(self.step, self.service.facts(self.bench_app.queue)))
+            await self.follow(dialogue.opening(self.step, self.service.facts(self.bench_app.queue)))
             self.set_interval(LOOK_EVERY_S, self.look_again)
 
-    async def answer(self, event: Callable[..., Turn], *data: Any) -> None:
-        """Let the dialogue answer an event, and do what follows."""
-        if self.alive:
-            await self._follow(event(self._at_present(), *data))
+    def at_present(self) -> Turn:
+        return Turn(replace(self._edited().state, facts=self.service.facts(self.bench_app.queue)))
 
-    def _at_present(self) -> StepDialogue:
-        """Return the dialogue with what is typed and stored at this moment."""
-        return replace(self._edited(), facts=self.service.facts(self.bench_app.queue))
-
-    def _edited(self) -> StepDialogue:
+    def _edited(self) -> Turn:
         if len(self._fields) != len(self.dialogue.lines):  # they are being laid out
-            return self.dialogue
+            return Turn(self.dialogue)
         lines = [field.input for field in self._fields]
         cursor = next((n for n, line in enumerate(lines) if line is self.focused), None)
-        return self.dialogue.typed(tuple(line.value for line in lines), cursor)
-
-    async def _follow(self, turn: Turn) -> None:
-        self.dialogue = turn.state
-        if turn.words is not None:
-            super().say(turn.words.text, turn.words.role)
-        await self._draw()
-        for effect in turn.effects:
-            await self._execute(effect)
+        return dialogue.edited(self.dialogue, tuple(line.value for line in lines), cursor)
 
     def say(self, words: str, role: str = "quiet") -> None:
         self.dialogue = replace(self.dialogue, hints=False)
         super().say(words, role)
 
-    def _later(self, event: Callable[..., Turn], *data: Any) -> None:
-        self.call_next(self.answer, event, *data)
-
-    async def _execute(self, effect: object) -> None:
+    async def execute(self, effect: object) -> None:
         match effect:
-            case Do.BELL:
-                self.app.bell()
-            case Do.SELECT:
-                if isinstance(self.focused, Input):
-                    self.focused.select_all()
             case Do.JUDGE:
                 self._judge()
             case Do.MEASURE:
@@ -158,7 +136,7 @@ class StepScreen(Page):
             case Do.ASK_NOTE:
                 await ask_note(self, self.step, self._noted)
             case Do.ASK_REMEDY:
-                ask_remedy(self, partial(self._later, dialogue.mended))
+                ask_remedy(self, partial(self.later, dialogue.mended))
             case do.LookForRecords():
                 await self._look(effect)
             case do.Recognize():
@@ -195,7 +173,7 @@ class StepScreen(Page):
             if self.is_current:
                 self.aside(
                     lambda: (look, [(form, self.service.proposals(form)) for form in look.forms], time.time()),
-                    lambda looked: self._later(dialogue.looked, *looked),
+                    lambda looked: self.later(dialogue.looked, *looked),
                     "records",
                 )
             return
@@ -210,25 +188,25 @@ class StepScreen(Page):
 
     async def look_again(self) -> None:
         """Look into the folder of the records once more."""
-        for look in dialogue.looks(self._at_present()) if self.is_current else ():
+        for look in dialogue.looks(self.at_present().state) if self.is_current else ():
             await self._look(look)
 
     def _store(self, entry: do.StoreEntry) -> None:
         def stored(event: Event) -> None:
             for gauge in self.query(Gauge):
                 gauge.forget()
-            self._later(dialogue.stored, entry, event.seq, event.data.get("origin", ""), event.data.get("file", ""))
+            self.later(dialogue.stored, entry, event.seq, event.data.get("origin", ""), event.data.get("file", ""))
             self.call_next(self._watch)
 
         def failed(why: str) -> None:
             is_there = entry.is_file and self.service.path(entry.text).is_file()
-            self._later(dialogue.not_stored, entry, why, is_there)
+            self.later(dialogue.not_stored, entry, why, is_there)
 
         self.send(lambda: self.service.store(entry), stored, self.service.doing(entry), failed)
 
     def _judge(self) -> None:
-        name, done = self.step.name, partial(self._later, dialogue.judged)
-        failed = partial(self._later, dialogue.not_judged)
+        name, done = self.step.name, partial(self.later, dialogue.judged)
+        failed = partial(self.later, dialogue.not_judged)
         if self.step.check.model is None:
             judge = self.bench.services.computation(self.session).judge_step
             self.aside(partial(judge, name), done, "judge", failed)
@@ -249,7 +227,7 @@ class StepScreen(Page):
 
         def ended(notes: Sequence[str] | str) -> None:
             talk.ended()
-            self._later(dialogue.measured, None if isinstance(notes, str) else notes)
+            self.later(dialogue.measured, None if isinstance(notes, str) else notes)
 
         doing = f"measuring with {instruments.recording(step).name}, some minutes; Esc: stop"
         self.send(measure, ended, doing, ended)
@@ -260,11 +238,11 @@ class StepScreen(Page):
 
     def _noted(self, event: Event) -> None:
         self.say(note_saved(event), "good")
-        self._later(Turn)  # a nonconformance holds the step that is shown
+        self.later(Turn)  # a nonconformance holds the step that is shown
 
     def _changed(self, event: Event) -> None:
         undone = self.session.undo.words_of(event) if event.what == EntryUndone.KIND else ""
-        self._later(dialogue.changed, event.seq, undone)
+        self.later(dialogue.changed, event.seq, undone)
 
     async def _pick(self, effect: do.PickFile) -> None:
         declared, records, session = effect.declared, self.bench.records, self.session
@@ -274,12 +252,11 @@ class StepScreen(Page):
         def picked(path: Any) -> None:
             if path is not None:
                 within = path.is_relative_to(records)
-                self._later(dialogue.picked, effect.place, str(path.relative_to(records) if within else path))
+                self.later(dialogue.picked, effect.place, str(path.relative_to(records) if within else path))
 
         await self.app.push_screen(Pick(declared.label, records, fits, score, effect.first), picked)
 
-    async def _draw(self) -> None:
-        """Show the dialogue as it is now."""
+    async def draw(self) -> None:
         async with self._laying_out:
             if [field.place for field in self._fields] != [line.place for line in self.dialogue.lines]:
                 await self._lay_out()
@@ -337,7 +314,10 @@ class StepScreen(Page):
 
     def on_input_changed(self) -> None:
         """Show a line that is typed into."""
-        self.dialogue = self._edited()
+        turn = self._edited()
+        self.dialogue = turn.state
+        if turn.words is not None:
+            super().say(turn.words.text, turn.words.role)
         if len(self._fields) == len(self.dialogue.lines):
             self._show_fields()
 

@@ -3,7 +3,7 @@
 import asyncio
 from contextlib import suppress
 from functools import partial
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -12,7 +12,7 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.store import Event
-from accept.tui.background.busy_screen import ENDS, MOVES, Working, load_module
+from accept.tui.background.busy_screen import ENDS, MOVES, ONE_IMPORT, Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
@@ -29,6 +29,9 @@ from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.status import Status
 from accept.workflow.steps.unit_list import RIG
 from specs.errors import AcceptError
+
+if TYPE_CHECKING:
+    from accept.tui.screens.summary import Summary
 
 
 class Steps(Scanning[bool]):
@@ -71,7 +74,7 @@ class Steps(Scanning[bool]):
         self._stand_at_next()
         self.set_focus(self.query_one(StepList))
         self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
-        self.aside(lambda: load_module("accept.tui.screens.summary"), lambda _: None, "import")
+        self.aside(load_summary, lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
     def _look_into_records(self) -> None:
@@ -244,9 +247,9 @@ class Steps(Scanning[bool]):
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
-        module = await asyncio.to_thread(load_module, "accept.tui.screens.summary")
+        summary = await asyncio.to_thread(load_summary)
         if self.is_current:
-            await self.app.push_screen(module.Summary(self.bench, self.session), self._summed)
+            await self.app.push_screen(summary(self.bench, self.session), self._summed)
 
     def _summed(self, finished: bool | None) -> None:
         self._show()
@@ -274,6 +277,13 @@ class Steps(Scanning[bool]):
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
         return f"You can do the steps in any order. The cursor is on the first incomplete step.\n\n{marks}"
+
+
+def load_summary() -> "type[Summary]":
+    """Return the summary, whose imports take long; called in a thread."""
+    with ONE_IMPORT:
+        from accept.tui.screens.summary import Summary
+    return Summary
 
 
 def card(session: Session, step: WorkflowStep) -> Text:

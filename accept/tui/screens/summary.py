@@ -1,7 +1,6 @@
 """The end of a unit: renders its dialogue, passes on keys and executes effects; what they mean is decided there."""
 
 import os
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, ClassVar
@@ -56,7 +55,7 @@ class Summary(Scanning[bool]):
     def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__(bench, session)
         self.signing = bench.services.signing(session)
-        self.dialogue = SummaryDialogue(facts(session))
+        self.dialogue: SummaryDialogue = SummaryDialogue(facts(session))
         self._shown: object = None  # the result that the table shows
         self._told: object = None  # the finding that the lines below it are about, and these
 
@@ -76,39 +75,23 @@ class Summary(Scanning[bool]):
             table = self.query_one(DataTable)
             table.add_columns("", "Quantity ", "Value ± U ", "Limits ", "Verdict")
             table.visible = False  # its head alone says nothing
-            await self._follow(dialogue.opening(self._at_present().facts))
+            await self.follow(dialogue.opening(self.at_present().state.facts))
 
     def takes_scans(self) -> bool:
         """Return whether letters are a serial: before the result they may be a passphrase that is typed ahead."""
         return self.session.judgements.result is not None
 
-    async def answer(self, event: Callable[..., Turn], *data: Any) -> None:
-        """Let the dialogue answer an event, and do what follows."""
-        if self.alive:
-            await self._follow(event(self._at_present(), *data))
-
-    def _at_present(self) -> SummaryDialogue:
+    def at_present(self) -> Turn:
         now = replace(facts(self.session), idle=self.idle, in_front=self.in_front)
-        return replace(self.dialogue, facts=now)
+        return Turn(replace(self.dialogue, facts=now))
 
-    def _later(self, event: Callable[..., Turn], *data: Any) -> None:
-        self.call_next(self.answer, event, *data)
-
-    async def _follow(self, turn: Turn) -> None:
-        self.dialogue = turn.state
-        if turn.words is not None:
-            self.say(turn.words.text, turn.words.role)
-        self._draw()
-        for effect in turn.effects:
-            await self._execute(effect)
-
-    async def _execute(self, effect: object) -> None:
+    async def execute(self, effect: object) -> None:
         operator, shift = self.session.operator, self.bench_app.shift
         match effect:
             case Do.JUDGE:
                 self.compute(
-                    lambda c: c.judge(), lambda _: self._later(dialogue.judged),
-                    "judging the unit", lambda _: self._later(dialogue.not_judged),
+                    lambda c: c.judge(), lambda _: self.later(dialogue.judged),
+                    "judging the unit", lambda _: self.later(dialogue.not_judged),
                 )  # fmt: skip
             case Do.LOCK:
                 self.say("The passphrase is forgotten" if shift.lock() else "No passphrase is kept")
@@ -136,12 +119,12 @@ class Summary(Scanning[bool]):
             case dialogue.SignAsTechnician(passphrase) if effect.makes_keys:
                 self.send(
                     lambda: self.signing.make_keys(passphrase),
-                    lambda left: self._later(dialogue.keys_made, effect, str(left)),
+                    lambda left: self.later(dialogue.keys_made, effect, str(left)),
                     "making keys",
                 )
             case dialogue.SignAsTechnician(first=first) if first:
                 told = Help("Keys were created", first)
-                self.app.push_screen(told, lambda _: self.call_next(self._execute, replace(effect, first="")))
+                self.app.push_screen(told, lambda _: self.call_next(self.execute, replace(effect, first="")))
             case dialogue.SignAsTechnician(typed, reason):
                 opens = typed or shift.passphrase(operator)
                 if opens is None:  # the bench was left while the question stood
@@ -155,7 +138,7 @@ class Summary(Scanning[bool]):
             case dialogue.Countersign(passphrase, choice, reason):
                 self.send(
                     lambda: self.signing.countersign(passphrase, choice, reason),
-                    partial(self._later, dialogue.signed),
+                    partial(self.later, dialogue.signed),
                     "countersigning and verifying",
                 )
 
@@ -164,12 +147,12 @@ class Summary(Scanning[bool]):
         words = self._what_is_signed().append(f"\n\n{asked.words}", "not bold default") if asked.states else asked.words
         lines = [QuestionLine(line.value, secret=line.is_secret) for line in asked.lines]
         question = Question(asked.title, words, lines, partial(self.signing.problem, asked))
-        await self.app.push_screen(question, partial(self._later, dialogue.answered, asked))
+        await self.app.push_screen(question, partial(self.later, dialogue.answered, asked))
 
     def _signed(self, passphrase: str, report: Any) -> None:
         """Go on from a certificate; the passphrase opens the next one of this shift."""
         self.bench_app.shift.keep(self.session.operator, passphrase)
-        self._later(dialogue.signed, report)
+        self.later(dialogue.signed, report)
 
     def _what_is_signed(self) -> Text:
         """Return the verdict, what is open in it, and in which role it is signed."""
@@ -180,8 +163,7 @@ class Summary(Scanning[bool]):
         held = held_words(d.facts.nonconformances)
         return words.append_text(Text("\n").append_text(held)) if held else words
 
-    def _draw(self) -> None:
-        """Show the dialogue as it is now."""
+    async def draw(self) -> None:
         d = self.dialogue
         if d.failed:
             self.query_one("#verdict", Static).update("not evaluated")

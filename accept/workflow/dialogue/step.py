@@ -9,7 +9,7 @@ from accept.store.payloads import StepJudged
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
-from accept.workflow.dialogue.turn import FootWords
+from accept.workflow.dialogue.turn import Common, FootWords
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
@@ -85,7 +85,14 @@ def recognized(d: StepDialogue, asked: do.Recognize, kind: str) -> Turn:
     d = d.with_line(n, text="", doubted=None)
     if kind == "unit":
         return Turn(d, (do.GoToUnit(asked.text.strip(), d.queue or d.own_queue),))
-    return _say(d, NOT_TAKEN, "bad", Do.BELL)
+    return _say(d, NOT_TAKEN, "bad", Common.BELL)
+
+
+def edited(d: StepDialogue, texts: tuple[str, ...], cursor: int | None) -> Turn:
+    """Take what was typed meanwhile. A question at the foot goes with the value that it is about."""
+    asked = None if d.asked is None else d.lines[d.asked].doubted
+    d = d.typed(texts, cursor)
+    return Turn(d) if asked is None or d.in_question else _hint(replace(d, asked=None))
 
 
 def take_value(d: StepDialogue, text: str) -> Turn:
@@ -113,7 +120,7 @@ def _give(d: StepDialogue, n: int, text: str, repeat: bool = False, sure: bool =
                 given = _take(d, n, parse_entry.parse_number(text, place.unit), repeat, text, sure)
     except EntryError as e:
         d = d.with_line(n, text=d.lines[n].text or text, refusal=f"✗ {e}", doubted=None)
-        given = _say(d, f"{place.name}: {e}", "bad", Do.BELL, do.ReturnLater(place.key))
+        given = _say(d, f"{place.name}: {e}", "bad", Common.BELL, do.ReturnLater(place.key))
     return given.then(_go_on, n)
 
 
@@ -125,8 +132,8 @@ def _save(d: StepDialogue, n: int, entry: StoreEntry) -> Turn:
 def _take(d: StepDialogue, n: int, measured: Measured, repeat: bool, text: str, sure: bool) -> Turn:
     place = d.lines[n].place
     if not sure and (question := _doubt(d, n, measured.value)):
-        asked = _ask(d, n, text, question)
-        return replace(asked, effects=(Do.BELL, do.ReturnLater(place.key)))
+        asked = _ask(d.with_line(n, repeats=repeat), n, text, question)
+        return replace(asked, effects=(Common.BELL, do.ReturnLater(place.key)))
     return _save(d, n, StoreEntry(place.key, place.declared, text, measured, repeat))
 
 
@@ -165,17 +172,18 @@ def _keep(d: StepDialogue) -> Turn:
     doubted = [n for n, line in enumerate(d.lines) if line.doubted is not None]
     n = next((n for n in (d.cursor, d.asked, *doubted) if n in doubted), None)
     if n is None:
-        typed = next((line for line in d.lines if line.text.strip()), None)
+        typed = next((k for k, line in enumerate(d.lines) if line.text.strip()), None)
         if typed is None:
             return Turn(d, (do.Settle("summary"),))
-        return _say(d, f"{typed.place.name} is not saved. Enter: save it", "bad")
+        what = "is saved, what was typed over it is not" if d.has(typed) else "is not saved"
+        return _say(d, f"{d.lines[typed].place.name} {what}. Enter: save it", "bad")
     line = d.lines[n]
     if n != d.asked:
         asked = _ask(d, n, line.doubted or "", line.question)
         return replace(asked, state=replace(asked.state, cursor=n))
     if line.text != line.doubted:  # it was typed again meanwhile: that is another entry
         return _say(d, "The entry was changed. Enter: save it", "bad")
-    return _give(replace(d, asked=None), n, line.doubted, sure=True)
+    return _give(replace(d, asked=None), n, line.doubted, line.repeats, sure=True)
 
 
 def _go_on(d: StepDialogue, after: int | None) -> Turn:
@@ -187,7 +195,7 @@ def _go_on(d: StepDialogue, after: int | None) -> Turn:
     wanted = [n for n in empty if is_needed(d.lines[n].place.declared) or d.proposed(n) is not None]
     cursor = next(iter(behind or wanted), None)
     stays = cursor is not None and cursor == after
-    return Turn(replace(d, cursor=cursor, again=None, given=after), (Do.SELECT,) if stays else ())
+    return Turn(replace(d, cursor=cursor, again=None, given=after), (Common.SELECT,) if stays else ())
 
 
 def _move(d: StepDialogue, way: int) -> Turn:
@@ -197,8 +205,7 @@ def _move(d: StepDialogue, way: int) -> Turn:
     between = (d.given if d.given is not None else -1) + (way < 0)  # the line that was given last and the next
     now = d.cursor if d.cursor is not None else between
     d = replace(d, again=None, cursor=(now + way) % len(d.lines))
-    in_question = d.asked is not None and d.lines[d.asked].doubted is not None
-    return Turn(d) if in_question else _hint(d)
+    return Turn(d) if d.in_question else _hint(d)
 
 
 def returned(d: StepDialogue, place: Place) -> Turn:
@@ -207,7 +214,7 @@ def returned(d: StepDialogue, place: Place) -> Turn:
     n = d.at(place)
     if n is None or (d.here is not None and d.here.text) or d.reason(n)[1] not in ("refused", "doubted"):
         return Turn(d)
-    return Turn(replace(d, cursor=n), (Do.SELECT,))
+    return Turn(replace(d, cursor=n), (Common.SELECT,))
 
 
 def moved(d: StepDialogue) -> Turn:
@@ -269,7 +276,7 @@ def _repeat(d: StepDialogue) -> Turn:
 def _too_early(d: StepDialogue) -> Turn:
     """Say that nothing is read for this key: the probe would still be at the point before."""
     words = "Wait: a reading is under way. Press F3 again when it is saved"
-    return _say(replace(d, early=True), words, "bad", Do.BELL)
+    return _say(replace(d, early=True), words, "bad", Common.BELL)
 
 
 def _read(d: StepDialogue, n: int, repeat: bool) -> Turn:
@@ -328,7 +335,7 @@ def not_stored(d: StepDialogue, entry: StoreEntry, why: str, is_there: bool = Fa
         d = d.with_line(n, text=d.lines[n].text or ("" if is_there else entry.text), refusal=f"✗ {why}", doubted=None)
     advice = why.rpartition("→ ")[2]
     words = f"{PurePath(entry.text).name}: not taken. {advice[:1].upper()}{advice[1:]}" if is_there else why
-    return _say(d, words, "bad", *([Do.SELECT] if n == d.cursor else []), *looks(d), do.ReturnLater(entry.place))
+    return _say(d, words, "bad", *([Common.SELECT] if n == d.cursor else []), *looks(d), do.ReturnLater(entry.place))
 
 
 def looks(d: StepDialogue) -> tuple[do.LookForRecords, ...]:
@@ -408,7 +415,7 @@ def settled(d: StepDialogue, then: str) -> Turn:
             return _say(d, "F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
         case "summary":
             return Turn(d, (Do.STOP if d.stoppable else do.Leave(None),))
-    bell = (Do.BELL,) if d.is_bad else ()
+    bell = (Common.BELL,) if d.is_bad else ()
     if then == "next unit" and d.queue is not None:
         return Turn(d, (*bell, do.NextUnit(d.queue, d.left_words, ends=True)))
     return Turn(d, (*bell, do.NextUnit(d.own_queue, d.left_words, goes_on=d.queue)))

@@ -9,8 +9,7 @@ from checks.declare import CsvTable, Form, Input, Measured, Series
 Place = tuple[str, int | None]  # name of an input, index in a vector
 
 
-# Effects without a parameter. SELECT: the text of the present line, which is replaced by what is typed next.
-Do = Enum("Do", "BELL SELECT JUDGE MEASURE STOP UNDO END_QUEUE ASK_REASON ASK_NOTE ASK_REMEDY")
+Do = Enum("Do", "JUDGE MEASURE STOP UNDO END_QUEUE ASK_REASON ASK_NOTE ASK_REMEDY")
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,11 @@ class StepDialogue:
         """Return the line with the cursor."""
         return None if self.cursor is None else self.lines[self.cursor]
 
+    @property
+    def in_question(self) -> bool:
+        """Return whether the foot asks about a value."""
+        return self.asked is not None and self.lines[self.asked].doubted is not None
+
     def has(self, n: int) -> bool:
         """Return whether a value or file of this line is saved."""
         place, state = self.lines[n].place, self.facts.state
@@ -204,7 +209,8 @@ class StepDialogue:
         """Return what stands in place of the findings, "" to show them."""
         if self.step.check.model is None:
             return "Evaluating … (Esc: back; entries are kept)" if self.judges else ""
-        stopped = "Not compared. F3: compare again, Esc: back" if self.stopped and self.complete else ""
+        lacks = self.stopped and self.complete and self.facts.judgement is None  # an earlier one still holds
+        stopped = "Not compared. F3: compare again, Esc: back" if lacks else ""
         return "Comparing with the model … (Esc: stop)" if self.judges else stopped
 
     @property

@@ -2,9 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
 S = TypeVar("S")
+
+# Effects of every dialogue. SELECT: the text of the present line, which is replaced by what is typed next.
+Common = Enum("Common", "BELL SELECT")
 P = ParamSpec("P")
 
 

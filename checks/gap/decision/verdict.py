@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from checks.fitting.fit import Fit
 from checks.gap.decision.aliases import any_lag_explains, imitation
 from checks.gap.decision.alternatives import needed_apart
@@ -28,13 +30,19 @@ from checks.gap.search.bench_paths import SAME_LAG_US
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
 from checks.model.channel_paths import CHANNELS, LATENCIES
+from checks.model.model import Model
+from checks.quantity import TWO_SIDED_95
 
 OF_BENCH = "losses of the bench"
 LOPSIDED = "a lopsided APA"
 
 
 def named_effects(
-    claims: Sequence[Claim], final: Fit, early: tuple[RecordFault, ...], in_slow: Mapping[Effect, SlowFinding]
+    claims: Sequence[Claim],
+    final: Fit,
+    early: tuple[RecordFault, ...],
+    in_slow: Mapping[Effect, SlowFinding],
+    model: Model,
 ) -> tuple[Named, ...]:
     """Return the named effects in the order in which they were found: before the search, by it, in the slow sines.
     claims: those that passed every gate."""
@@ -46,14 +54,22 @@ def named_effects(
         effect = claim.effect
         if isinstance(effect, GenericElement):
             continue
-        names = {p.name: f"{effect.name}.{p.name}" for p in effect.parameters}
-        shown = {k: NamedValue(final.at[n], *final.interval(n)) for k, n in names.items()}
+        shown = {p.name: _fitted_value(final, effect, p.name, model) for p in effect.parameters}
         out.append(_named(effect, shown, claim.delta_lnL, claim.p))
     for effect, finding in in_slow.items():
         halves = finding.half_widths
         shown = {k: NamedValue(v, v - halves[k], v + halves[k]) for k, v in finding.values.items()}
         out.append(_named(effect, shown, finding.delta_lnL, finding.p))
     return tuple(out)
+
+
+def _fitted_value(final: Fit, effect: Effect, name: str, model: Model) -> NamedValue:
+    """Return a fitted value with its interval, which includes what the units of a learned batch have in common."""
+    at, (lo, hi) = final.at[f"{effect.name}.{name}"], final.interval(f"{effect.name}.{name}")
+    targets = (t for p in effect.parameters if p.name == name for t in p.targets(model))
+    common = TWO_SIDED_95 * max((abs(model.common_offset(t)) for t in targets), default=0.0)
+    half = float(np.hypot(hi - at, common))
+    return NamedValue(at, at - half, at + half) if common else NamedValue(at, lo, hi)
 
 
 def _named(effect: Effect, shown: Mapping[str, NamedValue], delta_lnL: float, p: float) -> Named:

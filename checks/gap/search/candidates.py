@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import LinAlgWarning
 
 from checks.errors import ModelError
-from checks.fitting.calibrate import OTHER, with_damping
+from checks.fitting.calibrate import OTHER, quicker, with_damping
 from checks.fitting.dataset import Dataset
 from checks.fitting.descent import descend
 from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
@@ -26,7 +26,6 @@ from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
-from checks.model.model import Model
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -423,8 +422,3 @@ def _is_same_place(a: FitPoint, b: FitPoint) -> bool:
     """Return whether two searches ended at the same values, or at the same cost."""
     alike = all(abs(p.begin - q.begin) < SAME * p.unit for p, q in zip(a.free, b.free, strict=True))
     return alike or abs(a.cost - b.cost) < ALIKE
-
-
-def quicker(model: Model) -> Model:
-    """Return the model with modal damping if it can have it: the derivatives are quicker, and a start is as good."""
-    return with_damping(model, "modal") or model

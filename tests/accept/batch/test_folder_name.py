@@ -10,7 +10,7 @@ from accept.cli.main import app
 from accept.commands.units import batch, report
 from accept.judging.folder_name import is_other_serial
 from accept.store import open_store
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.open_bench import open_bench
 from accept.workflow.worker.process import WorkerProcess
 from tests.accept.tui.tui_help import loader, press, running, type_line, words

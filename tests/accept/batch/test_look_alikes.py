@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from accept.base.documents.results import UnitHeader
 from accept.base.spelling import difference, look_alike
 from accept.commands.units import batch, report
 from accept.store import Store, open_store
@@ -146,8 +147,10 @@ def test_a_part_that_looks_like_a_known_one_is_doubted(tmp_path: Path, known: Pa
     from accept.judging.parts import part_doubts
 
     with open_store() as store:
-        assert "character 6 is the letter O" in "".join(part_doubts(store, "S-1", {"apa": "APA-1O"}))
-        assert part_doubts(store, "S-1", {"apa": "APA-10"}) == []
+        assert "character 6 is the letter O" in "".join(
+            part_doubts(store, UnitHeader(serial="S-1", kind="strut", parts={"apa": "APA-1O"}))
+        )
+        assert part_doubts(store, UnitHeader(serial="S-1", kind="strut", parts={"apa": "APA-10"})) == []
 
 
 def test_the_cause_of_a_held_unit_is_named_in_the_yield(tmp_path: Path, known: Path) -> None:

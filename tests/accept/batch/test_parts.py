@@ -8,6 +8,7 @@ import pytest
 from accept.batch.judge_batch import BatchRequest, run
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
+from accept.store.payloads import StepNoted
 from tests.accept.batch.test_copies import accept, unit
 from tests.accept.units.units import GOOD, LOOPS, make_unit
 
@@ -99,3 +100,23 @@ def test_a_certificate_states_what_speaks_against_a_part(tmp_path: Path, spec: P
     assert (done.exit_code, "built in" in done.stderr) == (4, True), done.output
     verified = accept("verify", after)
     assert (verified.exit_code, "valid: A-S conditional" in verified.stdout) == (0, True), verified.output
+
+
+def test_a_part_that_is_held_since_it_was_accepted(tmp_path: Path, spec: Path) -> None:
+    units = tmp_path / "units"
+    make_unit(units / "X-1", "X-1")
+    strut(units, "S-1", "X-1", 1)
+    assert set(judged(tmp_path, spec, units).values()) == {"accepted"}
+    with open_store() as store:
+        store.write(StepNoted("stroke", "frame cracked", nonconformance=True), "X-1", who="Ann")
+    found = judged(tmp_path, spec, units / "S-1")["S-1"]
+    assert found == "conditional; apa X-1 is held since it was accepted: stroke: frame cracked (Ann)"
+
+
+def test_a_part_that_was_simulated_is_in_no_strut_that_was_measured(tmp_path: Path, spec: Path) -> None:
+    units = tmp_path / "units"
+    make_unit(units / "X-1", "X-1", "simulated = true\n" + GOOD)
+    real, simulated = strut(units, "S-1", "X-1", 1), strut(tmp_path / "more", "S-1", "X-1", 1)
+    assert judged(tmp_path, spec, units)["S-1"] == "conditional; apa X-1 was simulated"
+    simulated.joinpath("unit.toml").write_text("simulated = true\n" + real.joinpath("unit.toml").read_text())
+    assert judged(tmp_path, spec, simulated)["S-1"] == "accepted"

@@ -11,6 +11,7 @@ import pytest
 from pypdf import PdfReader
 from typer.testing import Result
 
+from accept.base.documents.results import UnitHeader
 from accept.base.home import home
 from accept.certificate import read_contents, rejudge
 from accept.certificate.trust import keys
@@ -167,7 +168,7 @@ def test_a_held_unit_is_accepted_nowhere(bench: Path) -> None:
     assert {row.split(",")[2] for row in (entry["out"] / "results.csv").read_text().splitlines()[1:]} == {"conditional"}
     with open_store() as store:
         frame = measurements(store)
-        assert part_doubts(store, "S", {"apa": "A"})
+        assert part_doubts(store, UnitHeader(serial="S", kind="strut", parts={"apa": "A"}))
     assert tuple(yields(frame, "serial").loc[0, ["first", "last", "conceded"]]) == (False, False, False)
     (cause,) = pareto(frame).to_dict("records")
     assert (cause["quantity"], cause["verdict"], cause["units"]) == ("nonconformance", "held", 1)

@@ -21,7 +21,8 @@ from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow import certify
-from accept.workflow.bench import Begun, Workbench
+from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session

@@ -15,11 +15,11 @@ from accept.cli.main import app
 from accept.commands.bench import commission as command
 from accept.judging import calibration
 from hw.instruments import open_instrument
+from hw.simulated.replay import replay
 from specs.bench import load_bench
 from specs.spec import CheckSpec
 from tests.hw.peers.lcr800 import Lcr800Peer
 from tests.hw.peers.line import Line
-from tests.hw.replay import replay
 
 BENCH = """name = "bench 1"
 [instruments.lcr]

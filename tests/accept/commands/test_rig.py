@@ -13,7 +13,7 @@ from accept.judging import judge_unit
 from accept.models.model_file import open_model
 from accept.simulate.unit import UnitRequest, simulate, write
 from accept.units import toml_edit, unit_folder
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.open_bench import open_bench
 from accept.workflow.worker.process import WorkerProcess
 from checks.acceptance import CHECKS

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from accept.base.documents.results import UnitHeader
 from accept.base.home import home
 from accept.certificate.trust import keys
 from accept.fleet.errors import FleetError
@@ -78,7 +79,7 @@ def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
     assert "A-3" not in pool(frame, "apa", ["stroke_um"]).serials
     assert accept("list", "--verdict", "voided", "--json", tmp_path / "l").exit_code == 0
     assert [r["serial"] for r in json.loads((tmp_path / "l").read_text())] == ["A-3"]
-    assert "void" in "".join(part_doubts(bench, "S-1", {"apa": "A-3"}))
+    assert "void" in "".join(part_doubts(bench, UnitHeader(serial="S-1", kind="strut", parts={"apa": "A-3"})))
     state = fold(bench.events("A-3"))
     assert state is not None
     assert not state.unchanged(

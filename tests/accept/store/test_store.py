@@ -18,6 +18,7 @@ import pytest
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store import store as store_module
+from accept.store.report import NOT_SEEN
 from accept.store.store import _PAGE
 from accept.store.tables import BY_LOOK, LOOK
 from tests.soak import SOAK
@@ -162,7 +163,8 @@ def test_the_database_itself_refuses_to_change_events(home: Path, store: Store, 
 def test_report_says_unbroken_or_names_the_event(home: Path, store: Store) -> None:
     kept = [store.append("unit_judged", f"APA-{i:02d}", {"i": i}, who="Ada") for i in range(1, 5)]
     exported = StoreHead(2, kept[1].hash)
-    assert check_lines(store) == (True, [f"store: 4 events, head {kept[-1].hash}: unbroken"])
+    assert check_lines(store) == (True, [f"store: 4 events, head {kept[-1].hash}: unbroken", NOT_SEEN])
+    assert NOT_SEEN not in check_lines(store, exported)[1]
     assert check_lines(store, exported)[0]
     assert not check_lines(store, StoreHead(2, kept[2].hash))[0]
     raw = sqlite3.connect(home / "store.sqlite", isolation_level=None)

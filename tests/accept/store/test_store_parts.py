@@ -11,6 +11,7 @@ from random import Random
 
 import pytest
 
+from accept.base.documents.results import UnitHeader
 from accept.judging.parts import part_doubts
 from accept.store import NewEvent, Store, StoreError, indexes, open_store
 from accept.store.backup import back_up, restore
@@ -111,7 +112,7 @@ def test_every_unit_that_names_a_part_is_found(tmp_path: Path, seed: int) -> Non
     last = named_by_last(whole)
     with open_store(url) as store:
         for part in ("X-1", "Y-1", "X-10"):  # the store knows these as units
-            said = part_doubts(store, "new", {"apa": part})
+            said = part_doubts(store, UnitHeader(serial="new", kind="strut", parts={"apa": part}))
             others = sorted(unit for unit, parts in last.items() if part.lower() in parts)
             assert [words for words in said if "stands in" in words] == [
                 f"apa {part} stands in {o} too" for o in others

@@ -254,14 +254,6 @@ async def test_known_units_are_listed():
         assert pilot.app.session.serial == "APA-02"
 
 
-async def test_a_serial_that_cannot_be_is_said_at_once():
-    async with running() as pilot:
-        await press(pilot, "a", "space", "b")
-        assert "✗ serial 'a b'" in words(pilot, "#about")
-        await press(pilot, "enter", "enter")
-        assert screen(pilot) == "StartScreen"
-
-
 async def test_a_second_program_at_the_unit_is_told():
     with open_store() as store:
         bench = loader()()

@@ -15,7 +15,6 @@ from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
 
 from accept.store import Store, open_store
-from accept.tui.screens.start import Given
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
@@ -218,12 +217,3 @@ async def test_an_empty_reason_leaves_the_question_of_measuring_again_open():
         await press(pilot, "f8", "enter")
         assert type(pilot.app.screen).__name__ == "Question"
         assert "Type the reason" in words(pilot, "#wrong")
-
-
-async def test_enter_in_an_empty_operator_asks_for_the_name():
-    """Red before: it went on to the serial, where the name was typed then."""
-    async with running(given=Given("")) as pilot:
-        assert pilot.app.focused.id == "operator"
-        await press(pilot, "enter")
-        assert pilot.app.focused.id == "operator"
-        assert "Enter your name" in words(pilot, "#status")

@@ -29,7 +29,7 @@ from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
 from accept.units import unit_folder
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.record_folder import PickableFile
 from accept.workflow.session.open_session import open_session
 from accept.workflow.steps.status import Status

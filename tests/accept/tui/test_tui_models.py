@@ -15,7 +15,7 @@ from accept.store import Event
 from accept.tui.screens.gap import answer
 from accept.units import unit_folder
 from accept.workflow import certify
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.session import Session, panel_cache
 from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import Elsewhere, judge_step, judge_whole_unit

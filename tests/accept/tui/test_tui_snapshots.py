@@ -18,7 +18,8 @@ from textual.widgets import DataTable, Input
 from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
 from accept.tui.screens import units
-from accept.workflow.bench import Begun, Workbench
+from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.session import Session, panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict

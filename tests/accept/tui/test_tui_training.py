@@ -18,7 +18,7 @@ from accept.simulate.unit_request import SHORT_S
 from accept.store import open_store
 from accept.tui.screens.step import StepScreen
 from accept.units import unit_folder
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.training import hidden_words, open_training, training_request
 from tests.accept.tui.tui_help import press, running, words
 

@@ -8,17 +8,14 @@ from textual.widgets import DataTable, Input
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import default_spec, load_spec
+from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.tui.screens.summary import Summary
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.certify import Signing
-from accept.workflow.open_bench import open_bench
-from accept.workflow.steps.plan import steps_of
-from accept.workflow.steps.unit_list import KnownUnit, known_units, queues
+from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.judging import Elsewhere
 from tests.accept.tui.tui_help import (
-    APART,
     HEIGHTS,
     SETTLED_WITHIN_S,
     begin,
@@ -242,74 +239,6 @@ async def test_a_key_that_was_open_when_the_bench_was_left_signs_nothing_afterwa
         assert "✓ verified" in words(pilot, "#certificate")
 
 
-async def test_a_tray_of_another_kind_than_the_first_screen_s():
-    async with running(loader("")) as pilot:  # of all installed products
-        await press(pilot, "f2", "f6")
-        kinds = list(pilot.app.bench.specs)
-        assert f"of kind {kinds[0]}" in words(pilot, "#status")
-        await press(pilot, "tab")
-        assert f"of kind {kinds[1]}" in words(pilot, "#status")
-        await type_line(pilot, "X-1")
-    with open_store() as store:
-        assert [unit.kind for unit in known_units(store, SPECS)] == [kinds[1]]
-
-
-def test_the_names_of_the_lists_are_whole():
-    specs = {kind: default_spec(kind) for kind in ("apa", "strut")}
-    units = [
-        KnownUnit(kind, kind, 1, None, 0, 0, steps=1, waiting=tuple(step.name for step in steps_of(spec)))
-        for kind, spec in specs.items()
-    ]
-    assert all(len(queue.title) <= 19 for queue in queues(units, specs))
-
-
-async def test_the_kind_follows_a_serial_that_is_known():
-    """After a strut the next unit may be an APA that was begun before. Red before: a dead end, whatever was pressed."""
-    async with running(lambda: replace(open_bench(None), services=APART)) as pilot:
-        screen = pilot.app.screen
-        screen.query_one("#kind", Input).value = "apa"
-        await begin(pilot, "APA-02")
-        await press(pilot, "escape")
-        screen = pilot.app.screen
-        screen.query_one("#kind", Input).value = "strut"
-        await settled(pilot)
-        await begin(pilot, "APA-02")
-        assert pilot.app.session.spec.kind == "apa"
-
-
-def listed(pilot) -> list[str]:
-    table = pilot.app.screen.query_one("#known", DataTable)
-    return [str(table.get_row_at(row)[0]) for row in range(table.row_count)]
-
-
-async def test_a_serial_that_was_entered_by_mistake_is_taken_off_again():
-    """It leaves no trace in the lists, and the right serial, which differs in capitals only, is taken."""
-    async with running() as pilot:
-        await press(pilot, "f2", "f6")
-        for serial in ("APA-01", "apa-02"):
-            await type_line(pilot, serial)
-        assert listed(pilot) == ["apa-02", "APA-01"]
-        await press(pilot, "ctrl+z")
-        assert "Ctrl+Z again: take apa-02 off" in words(pilot, "#status")
-        assert len(listed(pilot)) == 2
-        await press(pilot, "ctrl+z")
-        assert listed(pilot) == ["APA-01"]
-        await type_line(pilot, "APA-02")
-        assert listed(pilot) == ["APA-02", "APA-01"]
-        await press(pilot, "f6")
-        assert "2 added" in words(pilot, "#status")
-        await type_line(pilot, "APA-02")
-        pilot.app.screen.query_one(StepList).stand_at("capacitance")
-        await press(pilot, "enter")
-        await type_line(pilot, "4.91")
-        await press(pilot, "escape", "escape", "f2", "ctrl+z", "ctrl+z")
-        assert "APA-02 stays: something was done at it" in words(pilot, "#status")
-        assert listed(pilot) == ["APA-02", "APA-01"]
-    with open_store() as store:
-        assert [unit.serial for unit in known_units(store, SPECS)] == ["APA-02", "APA-01"]
-        assert [event.subject for event in store.events(what="attempt_started")] == ["APA-01", "apa-02", "APA-02"]
-
-
 async def test_values_typed_over_the_list_of_steps_go_into_the_step_under_the_cursor():
     """They began a unit of the serial 24.05."""
     async with running() as pilot:
@@ -373,23 +302,6 @@ async def test_a_passphrase_that_is_typed_before_it_is_asked_for_is_not_shown_an
         assert screen(pilot) == "Summary"
         assert "F2 first" in words(pilot, "#status")
         assert "horse" not in words(pilot, "#status")
-
-
-async def test_a_unit_at_which_something_was_done_is_not_asked_about_when_it_cannot_be_taken_off():
-    async with running() as pilot:
-        await begin(pilot, TRAY[0])
-        await press(pilot, "enter", "1", "enter", "escape", "escape", "f2", "ctrl+z")
-        assert "Ctrl+Z again" not in words(pilot, "#status")
-        assert "stays" in words(pilot, "#status")
-
-
-async def test_a_known_serial_sets_its_kind_whatever_was_typed_there():
-    async with running() as pilot:
-        await begin(pilot, TRAY[0])
-        await press(pilot, "escape", *TRAY[1], "enter")
-        assert pilot.app.focused.id == "kind"
-        await press(pilot, "ctrl+u", *"A-2", "up", *TRAY[0], "enter")
-        assert (screen(pilot), pilot.app.session.serial) == ("Steps", TRAY[0])
 
 
 async def test_the_key_of_one_technician_is_locked_when_another_begins():

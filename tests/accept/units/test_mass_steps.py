@@ -19,8 +19,8 @@ from accept.judging import judge_unit
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.workflow import certify
-from accept.workflow.bench import Begun
 from accept.workflow.capture import measure_folder
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.instruments.hardware import BenchInstrument
 from accept.workflow.open_bench import open_bench
 from accept.workflow.worker.judging import judge_whole_unit

@@ -10,8 +10,9 @@ from accept.certificate.trust import keys
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.workflow import certify
-from accept.workflow.bench import Begun, Workbench
+from accept.workflow.bench import Workbench
 from accept.workflow.certify import Signing
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.dialogue.summary import Ask, AskedLine
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.passphrase_guard import is_passphrase, may_be_passphrase

@@ -14,7 +14,7 @@ from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from accept.workflow import certify
-from accept.workflow.bench import Begun
+from accept.workflow.dialogue.begin import Begun
 from accept.workflow.open_bench import open_bench
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session

@@ -45,10 +45,10 @@ def strut(
     drawn = replace(drawn, ruler_x=drawn.arm_x, ruler_y=drawn.arm_y + 1e-3 * beside_mm)
     drive = np.exp(-2j * np.pi * F * rng.uniform(0.0, 200e-6)) / (1.0 + 1j * F / rng.uniform(3e3, 2e4))
     H = (plant(drawn).at(2j * np.pi * F)[list(PLANTS)] * drive).T
-    return AsBuilt(*at_um, *(_measured_from_motion(H, rng) for _ in range(2)))
+    return AsBuilt(*at_um, *(measured(H, rng) for _ in range(2)))
 
 
-def _measured_from_motion(H: np.ndarray, rng: np.random.Generator) -> Dataset:
+def measured(H: np.ndarray, rng: np.random.Generator) -> Dataset:
     sd = np.array([np.full(F.size, NOISE_V), noise_m_per_V(F), noise_m_per_V(F)]).T
     return simulated(F, H, CHANNELS, (sd[:, :, None] * sd[:, None, :] * np.eye(3)).astype(complex), rng)
 

@@ -49,3 +49,20 @@ def test_a_part_has_the_variance_of_the_file_and_modes_stay() -> None:
     for name in model.joint.names:
         np.testing.assert_allclose(wide.sds[name], strut().sds[name])
     assert wide.sds[names[-1]] == given.sds[names[-1]]
+
+
+def test_what_a_batch_has_in_common_is_part_of_U_and_foretells_no_unit() -> None:
+    """A jig's offset and an error of the model look the same; a prior would draw every unit towards it."""
+    plain, table, unit = learned(), table_of(strut(), 9, 13), draw(strut(), SEEDS[0])
+    common, own = {"misalignment.dx_um": -39.0, "misalignment.dy_um": 61.0}, plain.joint
+    n = len(common)
+    covariance = np.block([[own.covariance, np.zeros((len(own.names), n))], [np.zeros((n, len(own.names))), np.eye(n)]])
+    joint = JointPrior((*own.names, *common), np.append(own.mean, list(common.values())), covariance)
+    model = replace(plain, values={**plain.values, **common}, sds={**plain.sds, **joint.sds}, joint=joint)
+    before, after = (estimate_misalignment(m, unit.first, table, unit.second) for m in (plain, model))
+    for axis, offset in zip(("dx", "dy"), common.values(), strict=True):
+        old, new = before.answer(axis), after.answer(axis)
+        assert old is not None
+        assert new is not None
+        assert abs(new.value - old.value) < 0.1 * old.U
+        np.testing.assert_allclose(new.U, np.hypot(old.U, 2.0 * offset), rtol=0.02)

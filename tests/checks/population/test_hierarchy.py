@@ -5,16 +5,23 @@ import pytest
 
 from checks.arrays import Array
 from checks.population.hierarchy import (
+    Belonging,
     Prior,
-    belonging,
     compare,
     count_covered,
     determined_parameters,
     information,
     learn,
+    learn_without_each,
 )
 
 FLAT = 1e6
+
+
+def belonging(precision: Array, pull: Array, prior: Prior) -> list[Belonging]:
+    """Every unit compared with the batch of the others."""
+    batches = learn_without_each(precision, pull, prior)
+    return [compare(P, h, b) for P, h, b in zip(precision, pull, batches, strict=True)]
 
 
 def likelihoods(truth: Array, noise: Array, rng: np.random.Generator) -> tuple[Array, Array]:

@@ -40,8 +40,7 @@ from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model
 from accept.store import fold, open_store
 from accept.units import unit_folder
-from accept.units.shared_folder import anywhere
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UnitFolder, anywhere
 from tests.accept.base.cluster.small_work import digest, fatal_31, grab, half, process_of
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.gap.shared.gap_units import make_strut

@@ -15,7 +15,7 @@ from typer.testing import Result
 
 from accept.base.home import home
 from accept.base.names import KeyHolder
-from accept.batch import pipeline
+from accept.batch import pipeline, services
 from accept.certificate import CertificateContent, Validity, certify, read_contents, rejudge
 from accept.certificate.contents.content import RESULTS
 from accept.certificate.page.document import render
@@ -217,7 +217,7 @@ def test_calibrations_of_another_day(tmp_path: Path) -> None:
     own = commissioning.bench_statement
     with patched() as m:
         m.setattr(
-            pipeline, "bench_statement", lambda file, checks, _, *more: own(file, checks, date(2024, 6, 1), *more)
+            services, "bench_statement", lambda file, checks, _, *more: own(file, checks, date(2024, 6, 1), *more)
         )
         accept(
             "report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, "--bench", tmp_path / "bench.toml"
@@ -368,7 +368,7 @@ def test_a_comparison_with_a_reference_that_the_store_has_not(tmp_path: Path) ->
     (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", "2099-01-01"))
     compared = {"tip": [(datetime.now(UTC).date().isoformat(), 0.1)]}
     with patched() as m:
-        m.setattr(pipeline, "days_checked", lambda *_: compared)
+        m.setattr(services, "days_checked", lambda *_: compared)
         accept("report", unit(tmp_path / "A-1"), "--spec", spec, "--out", pdf, "--bench", tmp_path / "bench.toml")
     doubted(verified(pdf), "the bench's store has no comparison of tip with its reference")
 

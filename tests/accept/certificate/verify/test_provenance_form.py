@@ -42,10 +42,10 @@ WHOLE: dict[str, Any] = {
 }  # fmt: skip
 OTHERS = (None, False, -1, 1.5, "", [], ["x"], {}, {"more": 1}, float("nan"), 10**5000)
 HELD = {  # what may stand there although it is of another kind
-    ("replaces", "None"), ("replaces.certificate", "None"), ("replaces.certificate", "''"), ("replaces.verdict", "''"),
+    ("replaces", "None"), ("replaces.certificate", "None"), ("replaces.certificate", "''"),
     ("replaces.earlier_attempt", "-1"), ("reason", "''"), ("before", "{}"), ("before.stroke_um.value", "-1"),
     ("before.stroke_um.value", "1.5"), ("before.stroke_um.U", "-1"), ("before.stroke_um.U", "1.5"),
-    ("earlier.not_accepted.attempt", "-1"), ("earlier.not_accepted.verdict", "''"), ("laboratory", "{}"),
+    ("earlier.not_accepted.attempt", "-1"), ("laboratory", "{}"),
     ("laboratory.methods", "{}"), ("approval", "None"), ("approval", "{}"), ("approval", "{'more': 1}"),
     ("head", "None"), ("head.seq", "-1"), ("result.record_sha256", "''"), ("result.spec_sha256", "''"),
 }  # fmt: skip
@@ -114,6 +114,11 @@ def test_anything_else_is_refused_in_words(contents: CertificateContent, at: tup
         ("earlier", {"verdicts": {"accepted": 1}, "not_accepted": WHOLE["earlier"]["not_accepted"]}),
         ("earlier", {"verdicts": {"rejected": 1}, "not_accepted": None}),
         ("earlier", {"verdicts": {"splendid": 1}, "not_accepted": None}),
+        (
+            "earlier",
+            WHOLE["earlier"] | {"not_accepted": {"attempt": 1, "verdict": "void; signed by Ada", "time": TIME}},
+        ),
+        ("replaces", WHOLE["replaces"] | {"verdict": "void; signed by Ada"}),
         ("earlier", {"verdicts": {"accepted": 0}, "not_accepted": None}),
         ("laboratory", {"accredited": "yes"}),
         ("laboratory", {"name": ""}),

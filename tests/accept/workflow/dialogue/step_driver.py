@@ -17,6 +17,7 @@ from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
+from accept.workflow.dialogue.turn import Common
 from accept.workflow.effects.serve_step import StepService
 from accept.workflow.instruments.port import Instruments, NoInstruments
 from accept.workflow.open_bench import BenchServices
@@ -63,7 +64,7 @@ class Driver:
         assert self.d.cursor is not None, "no line has the cursor"
         texts = [line.text for line in self.d.lines]
         texts[self.d.cursor] = text
-        self.d = self.d.typed(tuple(texts), self.d.cursor)
+        self.follow(dialogue.edited(self.d, tuple(texts), self.d.cursor))
 
     def stands_at(self, name: str, index: int | None = None) -> None:
         """Move the cursor as a mouse does."""
@@ -126,7 +127,7 @@ class Driver:
                 else:
                     assert event.what == EntryUndone.KIND
                     self.answer(dialogue.changed, event.seq, self.session.undo.words_of(event))
-            case Do.BELL | Do.SELECT:
+            case Common():
                 pass
             case Do() | do.Leave() | do.GoToUnit() | do.NextUnit() | do.PickFile():
                 self.asked.append(effect)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from accept.judging.advice import ADVICE
+from accept.store.payloads import StepJudged
 from accept.tui.screens.step import StepScreen
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
@@ -92,6 +93,25 @@ class TestEntries:
             assert not at.values()
             at.press("f9")
             assert at.values() == [49.9]
+
+    def test_one_more_reading_that_was_asked_about_is_one_more_reading(self):
+        """Red before: kept by F9 it replaced the reading that was there."""
+        with at_step("capacitance") as at:
+            at.types("4.99")
+            at.stands_at("sensor_uF")
+            at.edits("49.9")
+            at.press("f4", "f9")
+            assert [each.value for each in at.d.facts.state.readings("sensor_uF", None)] == [4.99, 49.9]
+
+    def test_a_question_at_the_foot_goes_with_the_value_that_it_is_about(self):
+        """Red before: it stayed, with a key that did nothing any more."""
+        with at_step("capacitance") as at:
+            at.types("49.9")
+            at.comes_back()
+            at.edits("4")
+            assert "F9: keep it" in at.said  # it may be typed back
+            at.edits("")
+            assert at.said == at.d.what_now
 
     def test_what_is_typed_after_a_question_corrects_the_value_in_question(self):
         with at_step("capacitance") as at:
@@ -229,7 +249,7 @@ class TestWords:
             at.press("up")
             at.edits("4.98")
             at.press("f9")
-            assert "is not saved" in at.said
+            assert "is saved, what was typed over it is not" in at.said  # red before: that it is not saved
             at.press("enter", "f9")
             assert at.asked == [do.Leave(None)]
 
@@ -516,3 +536,16 @@ class TestDerived:
             assert dialogue.press(d, "f3").words.text == "Running. Esc: stop"
             stopped = dialogue.not_judged(d, STOPPED)
             assert stopped.words.text == "Stopped. F3: compare again"
+
+    def test_a_comparison_that_is_repeated_and_stopped_leaves_the_earlier_one(self, tmp_path: Path):
+        """Red before: "Not compared" stood in its place."""
+        rng = np.random.default_rng(3)
+        columns = {name: rng.standard_normal(1000) * 1e-6 for name in ("Va", "Vs", "de", "da")}
+        write_csv(tmp_path / "frf.csv", {"t": np.arange(1000) * 1e-3, **columns})
+        with at_step("misalignment", "strut", serial="ST-01") as at:
+            for name in ("low", "high"):
+                at.session.records.link("frf", at.session.step("frf").check.inputs[name], tmp_path / "frf.csv")
+            stopped = dialogue.not_judged(at.present(), STOPPED).state
+            assert "Not compared" in stopped.judging_words
+            at.session.append(StepJudged("misalignment", at.session.state("misalignment").upto, (), (), ()))
+            assert not replace(stopped, facts=at.present().facts).judging_words

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from accept.models.model_file import open_model
+from checks.fitting.calibrate import quicker
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.search.candidate import GROSS, Candidate
-from checks.gap.search.candidates import MOVES, Search, quicker
+from checks.gap.search.candidates import MOVES, Search
 from checks.model import Model
 from tests.checks.gap.shared.gap_cases import recorded
 

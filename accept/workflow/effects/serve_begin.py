@@ -1,0 +1,48 @@
+"""What the first screen and the list of units ask of the bench. All but `kinds` may block."""
+
+from dataclasses import dataclass
+
+from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.begin import Begun, BenchKinds, LookUp
+from accept.workflow.dialogue.start import Proposed
+from accept.workflow.steps.unit_list import KnownUnit, Queue, queues
+
+
+@dataclass(frozen=True)
+class BeginService:
+    """Serves units that are begun at a bench. Raises StoreError, and what opening a unit raises."""
+
+    bench: Workbench
+
+    @property
+    def kinds(self) -> BenchKinds:
+        return BenchKinds(tuple(self.bench.specs), self.bench.problem)
+
+    def proposed(self, operator: str) -> Proposed:
+        """Return what a bench proposes that was just opened. operator: "" for who worked there last."""
+        operator, taken = operator or self.bench.last_operator(), self.bench.taken
+        serial = self.bench.unfinished(operator) if operator else ""
+        texts = {} if taken is None else {"serial": taken.serial, "kind": taken.kind, **taken.header.parts}
+        return Proposed(operator, serial or self.bench.proposed, texts)
+
+    def look_up(self, asked: LookUp) -> tuple[KnownUnit | None, str]:
+        """Return what is known of a serial, and why the operator cannot sign here, "" if nothing is known."""
+        bench, operator = self.bench, asked.operator
+        return bench.known_one(asked.serial), bench.services.key_problem(bench.home, operator) if operator else ""
+
+    def listed(self) -> tuple[list[KnownUnit], list[Queue]]:
+        """Return the units and what they wait for."""
+        units = self.bench.known()
+        return units, queues(units, self.bench.specs)
+
+    def doubt(self, begun: Begun) -> str | None:
+        """Return why a serial is asked about before its unit is begun, None without a doubt."""
+        return None if begun.confirmed else self.bench.doubt(begun.serial)
+
+    def add(self, begun: Begun) -> bool | str:
+        """Begin a unit of a tray unless it is in doubt: return the doubt, else whether it is new."""
+        if self.bench.known_one(begun.serial) is not None:
+            return False
+        if (doubt := self.doubt(begun)) is None:
+            self.bench.add(begun)
+        return doubt or True

@@ -1,0 +1,235 @@
+"""The dialogue on the first screen: whose name is proposed, where the cursor stands, what a refused serial does, and
+which unit is begun."""
+
+from dataclasses import replace
+
+import pytest
+
+from accept.workflow.dialogue import start as dialogue
+from accept.workflow.dialogue.begin import Begun, LookUp
+from accept.workflow.dialogue.start import Do, OpenBench, Proposed, WaitForBench
+from accept.workflow.entry.shift import NOT_TAKEN
+from accept.workflow.steps.unit_list import Queue
+from tests.accept.workflow.dialogue.begin_driver import SECRET, Bench, StartDriver, known
+
+APA = Bench(pattern={"apa": "APA"})
+
+
+def bench(*serials: str, **more: object) -> Bench:
+    return Bench({serial: known(serial) for serial in serials}, **more)
+
+
+def begun(at: StartDriver) -> list[tuple[str, str, str]]:
+    return [(each.serial, each.kind, each.operator) for each in at.bench.begun]
+
+
+class TestOpening:
+    @pytest.mark.parametrize(("given", "cursor"), [({}, "operator"), ({"operator": "Ann"}, "serial")])
+    def test_keys_wait_for_the_bench_where_it_knows_who_worked_there(self, given: dict[str, str], cursor: str):
+        turn = dialogue.opening(given)
+        assert turn.effects == (OpenBench(given.get("operator", ""), holds=not given),)
+        assert turn.state.cursor == cursor
+
+    def test_the_last_operator_is_proposed_and_the_cursor_goes_to_the_serial(self):
+        at = StartDriver(proposed=Proposed("Bob", "APA-02"))
+        assert at.values() == {"operator": "Bob", "serial": "APA-02", "kind": "apa"}
+        assert (at.d.cursor, at.selected) == ("serial", True)  # a scan replaces what is proposed
+        assert StartDriver().d.cursor == "operator"
+
+    def test_what_is_given_is_not_replaced_by_what_is_proposed(self):
+        at = StartDriver(proposed=Proposed("Bob", "APA-02"), operator="Ann", serial="APA-01", kind="strut")
+        assert at.values() == {"operator": "Ann", "serial": "APA-01", "kind": "strut"}
+        assert not at.selected
+
+    def test_the_folder_of_a_unit_states_its_serial_kind_and_parts(self):
+        texts = {"serial": "ST-01", "kind": "strut", "apa": "APA-07", "other": "x"}
+        at = StartDriver(proposed=Proposed("Ann", "", texts), serial="?")
+        assert at.values() == {"operator": "Ann", "serial": "ST-01", "kind": "strut", "apa": "APA-07"}
+
+    def test_why_the_unit_that_was_wanted_is_not_open_is_said_first(self):
+        opened = dialogue.opened(dialogue.opening({}, "store: locked", True).state, APA.kinds, Proposed())
+        assert (opened.words.text, opened.words.role) == ("store: locked", "bad")
+
+    def test_a_bench_that_does_not_open_begins_nothing(self):
+        d = dialogue.nothing_came(dialogue.opening({"operator": "Ann", "serial": "APA-01"}).state, "locked").state
+        refused = dialogue.press(replace(d, cursor="kind"), "enter")
+        assert "could not be opened" in dialogue.recognized(refused.state, *refused.effects, None).words.text
+
+
+class TestSerial:
+    def test_a_new_one_goes_on_to_its_kind_and_a_known_one_opens_at_once(self):
+        at = StartDriver(bench("APA-02"), operator="Ann")
+        at.enters("APA-03")
+        assert (at.d.cursor, at.d.about) == ("kind", "new unit APA-03")
+        at.press("enter")
+        assert begun(at) == [("APA-03", "apa", "Ann")]
+        at = StartDriver(bench("APA-02"), operator="Ann")
+        at.enters("APA-02")
+        assert begun(at) == [("APA-02", "apa", "Ann")]
+
+    def test_enter_waits_until_it_is_known_what_a_serial_means(self):
+        at = StartDriver(bench("APA-02"), operator="Ann")
+        at.waits = True
+        at.enters("APA-02")
+        assert [*at.threads] == [LookUp("APA-02", "Ann"), WaitForBench("enter")]
+        assert not at.bench.begun
+        at.arrive()
+        assert begun(at) == [("APA-02", "apa", "Ann")]
+
+    def test_what_is_known_of_an_earlier_serial_is_not_said_of_the_present_one(self):
+        at = StartDriver(bench("APA-02"), operator="Ann")
+        at.waits = True
+        at.types("APA-02")
+        at.types("APA-03")
+        at.arrive()
+        assert (at.d.known, at.d.about) == (None, "new unit APA-03")
+
+    def test_a_look_that_fails_holds_nobody_up(self):
+        at = StartDriver(operator="Ann")
+        at.waits = True
+        at.types("APA-02")
+        at.threads.clear()
+        at.answer(dialogue.nothing_came, "locked")
+        at.press("enter")
+        at.arrive()
+        assert at.d.cursor == "kind"
+
+    def test_a_refused_one_stays_and_the_next_scan_replaces_it(self):
+        at = StartDriver(Bench(pattern={"apa": "APA"}), operator="Ann")
+        at.types("bad serial")
+        assert at.d.about == "✗ serial 'bad serial': expected APA..., no spaces"
+        at.press("enter", "enter")
+        assert (at.d.cursor, at.said, at.role, at.selected) == ("serial", at.d.about[2:], "bad", True)
+        at.types("APA-02")
+        assert at.role == "quiet"  # why it was refused goes with it
+        at.press("enter", "enter")
+        assert begun(at) == [("APA-02", "apa", "Ann")]
+
+    def test_a_serial_that_fits_one_kind_only_proposes_it(self):
+        at = StartDriver(Bench(pattern={"apa": "APA", "strut": "ST"}), operator="Ann")
+        at.types("ST-01")
+        assert at.d.value("kind") == "strut"
+        at.types("APA-01")
+        assert at.d.value("kind") == "apa"
+
+    def test_a_known_one_sets_its_kind_whatever_was_typed_there(self):
+        """Red before: a dead end after a strut, whatever was pressed."""
+        at = StartDriver(bench("APA-02"), operator="Ann", kind="strut")
+        at.stands_at("kind")
+        at.types("A-2")
+        at.stands_at("serial")
+        at.enters("APA-02")
+        assert begun(at) == [("APA-02", "apa", "Ann")]
+
+    def test_one_that_looks_like_a_known_one_is_asked_about_once(self):
+        at = StartDriver(bench(doubts=["APA-O1"]), operator="Ann")
+        at.enters("APA-O1", "apa")
+        (asked,) = at.asked
+        assert isinstance(asked, Begun)
+        for answer in (None, "APA-01"):
+            at.answer(dialogue.confirmed, asked, answer)
+            assert "APA-O1 was not confirmed" in at.said
+        assert not at.bench.begun
+        at.answer(dialogue.confirmed, asked, " APA-O1 ")
+        assert [each.confirmed for each in at.bench.begun] == [True]
+
+
+class TestFields:
+    def test_an_empty_operator_is_asked_for(self):
+        at = StartDriver()
+        at.press("enter")
+        assert (at.d.cursor, at.said) == ("operator", "Enter your name")
+
+    def test_what_is_missing_is_said_together_and_the_cursor_goes_to_the_first(self):
+        at = StartDriver()
+        at.stands_at("kind")
+        at.enters("app")
+        assert at.said == "Enter your name and the serial number and the kind: apa or strut, not 'app'"
+        assert at.d.cursor == "operator"
+
+    def test_why_a_kind_was_refused_goes_when_it_is_typed_again(self):
+        at = StartDriver(operator="Ann", serial="APA-02")
+        at.stands_at("kind")
+        at.enters("app")
+        assert "the kind" in at.said
+        assert "kind" not in at.d.about
+        at.types("apa")
+        assert at.d.cursor == "kind"
+        assert "the kind" not in at.said
+        assert at.d.about == "new unit APA-02"
+
+    def test_parts_belong_to_their_kind_and_one_enter_passes_those_that_stay_empty(self):
+        at = StartDriver(operator="Ann", kind="strut")
+        assert "apa" in at.d.shown
+        at.enters("ST-01", "strut")
+        assert at.d.cursor == "apa"
+        assert "the parts may stay empty" in at.said
+        at.enters("APA-07")
+        assert not at.bench.begun
+        at.press("enter")
+        assert [dict(each.parts) for each in at.bench.begun] == [{"apa": "APA-07"}]
+        assert "apa" not in StartDriver(operator="Ann").d.shown
+
+    def test_a_key_without_a_cursor_does_nothing_and_a_letter_goes_to_what_lacks(self):
+        at = StartDriver(operator="Ann")
+        at.stands_at(None)
+        at.press("enter")
+        assert (at.d.cursor, at.bench.begun) == (None, [])
+        at.answer(dialogue.stand_at_lacking)
+        assert at.d.cursor == "serial"
+
+
+class TestKeys:
+    @pytest.mark.parametrize("name", ["operator", "serial", "kind"])
+    def test_a_passphrase_is_taken_away(self, name: str):
+        at = StartDriver(operator="Ann", serial="APA-02")
+        at.stands_at(name)
+        at.enters(SECRET)
+        assert (at.said, at.d.cursor, at.d.texts[name], at.bench.begun) == (NOT_TAKEN, name, "", [])
+        assert SECRET not in at.d.about
+
+    def test_a_passphrase_in_any_field_begins_no_unit(self):
+        at = StartDriver(operator=SECRET, serial="APA-02")
+        at.stands_at("kind")
+        at.press("enter")
+        assert (at.d.cursor, at.bench.begun) == ("operator", [])
+
+    def test_the_units_are_listed_in_the_operator_s_name(self):
+        at = StartDriver(operator="Ann")
+        at.press("f2")
+        assert at.asked == [Do.SHOW_UNITS]
+        at = StartDriver(operator=SECRET)
+        at.press("f2")
+        assert (at.asked, at.said) == ([], NOT_TAKEN)
+
+    def test_a_unit_that_is_chosen_opens_with_its_queue_unless_another_is_typed(self):
+        queue, at = Queue("stroke", "apa", "Stroke", ()), StartDriver(bench("APA-01", "APA-02"), operator="Ann")
+        at.answer(dialogue.chosen, at.bench.known["APA-02"], queue)
+        assert at.asked[-1].queue is queue
+        at.enters("APA-01")
+        assert at.asked[-1].queue is None
+
+    def test_f8_begins_an_attempt_at_a_known_unit_with_a_reason(self):
+        at = StartDriver(bench("APA-02"), operator="Ann", serial="APA-01")
+        at.press("f8")
+        assert at.said == "F8 needs a known unit"
+        at.types("APA-02")
+        at.press("f8")
+        (asked,) = at.asked
+        assert asked.words.startswith("APA-02, attempt 1")
+        at.answer(dialogue.reasoned, None)
+        assert not at.bench.begun
+        at.answer(dialogue.reasoned, "dropped")
+        assert [each.reason for each in at.bench.begun] == ["dropped"]
+
+    def test_the_program_is_left_by_escape_twice_and_nothing_between(self):
+        """Red before: an Enter between took the words away, and the next Escape ended the program."""
+        at = StartDriver(operator="Ann")
+        for between in (lambda: at.press("enter"), lambda: at.types("APA-02"), lambda: at.press("f8")):
+            at.press("escape")
+            assert "Esc again" in at.said
+            between()
+        at.press("escape")
+        assert Do.LEAVE not in at.asked
+        at.press("escape")
+        assert at.asked == [Do.LEAVE]
