@@ -39,6 +39,7 @@ class Summary(Scanning[bool]):
 
     asks_passphrase = True
     where_signed = "A passphrase: F2 first"
+    press = staticmethod(dialogue.press)
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
@@ -206,9 +207,6 @@ class Summary(Scanning[bool]):
     def action_page(self, way: int) -> None:
         why = self.query_one("#why", VerticalScroll)
         why.scroll_relative(y=way * max(1, why.size.height - 1), animate=False)
-
-    async def action_press(self, key: str) -> None:
-        await self.answer(dialogue.press, key)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
