@@ -93,9 +93,8 @@ def _words(values: Sequence[float], step: float) -> list[str]:
 
 def scales(panel: Panel, wide: float, tall: float) -> tuple[Scale, Scale]:
     """Return the scales of both axes of a panel whose axes are `wide` and `tall`, in one unit."""
-    y_extent = panel.y_range or _extent(panel.items, "y", panel.y_log)
     x_lo, x_hi = panel.x_range or _extent(panel.items, "x", panel.x_log)
-    y_lo, y_hi = y_extent
+    y_lo, y_hi = panel.y_range or _extent(panel.items, "y", panel.y_log)
     if panel.equal:
         grown = max((x_hi - x_lo) / wide, (y_hi - y_lo) / tall)
         x_lo, x_hi = _about((x_lo + x_hi) / 2, grown * wide)

@@ -1,9 +1,5 @@
-"""Pictures in a flow of text, beside or below each other, drawn onto the page as vectors at their final position.
-
-A panel drawn straight onto a page, as vectors: axes, ticks, words and items.
-
-The look is that of `accept.pictures`, which draws panels into files of their own.
-"""
+"""Panels drawn straight onto a page, as vectors, and in a flow of text, beside or below each other. The look is that of
+`accept.pictures`, which draws panels into files of their own."""
 
 import io
 import math
@@ -348,18 +344,14 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         super().__init__()
         self.panels = panels
         self.columns = columns or len(panels)
-        self.size = (page_style.INNER, height_mm * mm)
+        self.width, self.height = page_style.INNER, height_mm * mm
         self.spaceBefore = space_above
-
-    def wrap(self, *_: float) -> tuple[float, float]:
-        """Return width and height [pt]."""
-        return self.size
 
     def draw(self) -> None:
         """Draw every panel in its cell."""
-        width, height = self.size[0] / self.columns, self.size[1]
+        width = self.width / self.columns
         for nth, panel in enumerate(self.panels):
-            draw_panel(self.canv, panel, nth * width, 0.0, width, height)
+            draw_panel(self.canv, panel, nth * width, 0.0, width, self.height)
 
 
 LEGEND = 38.0 * mm  # beside the axes
@@ -373,18 +365,15 @@ class FigureStack(Flowable):  # type: ignore[misc]
     def __init__(self, panels: Sequence[Panel], heights_mm: Sequence[float]) -> None:
         super().__init__()
         self.panels, self.heights = panels, [h * mm for h in heights_mm]
-        self.size = (page_style.INNER, TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM)
-
-    def wrap(self, *_: float) -> tuple[float, float]:
-        """Return width and height [pt]."""
-        return self.size
+        self.width = page_style.INNER
+        self.height = TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM
 
     def draw(self) -> None:
         """Draw every panel over the width, the first on top."""
-        top = self.size[1] - TOP
+        top = self.height - TOP
         for nth, (panel, height) in enumerate(zip(self.panels, self.heights, strict=True)):
             shown = panel if nth == 0 else replace(panel, title="")
             last = nth == len(self.panels) - 1
             room = Room(right=LEGEND, bottom=BOTTOM, top=TOP, x_words=last, legend_right=True)
-            draw_panel(self.canv, shown, 0.0, top - height - BOTTOM, self.size[0], height + BOTTOM + TOP, room)
+            draw_panel(self.canv, shown, 0.0, top - height - BOTTOM, self.width, height + BOTTOM + TOP, room)
             top -= height + BETWEEN

@@ -31,12 +31,10 @@ class Area:
 
     @property
     def right(self) -> float:
-        """Return the right end of the axes [pt]."""
         return self.left + self.width
 
     @property
     def top(self) -> float:
-        """Return the upper end of the axes [pt]."""
         return self.bottom + self.height
 
     def x_of(self, values: Array | float) -> Array:
