@@ -21,8 +21,6 @@ _OFF_THE_BENCH = (
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
-_WHY = "Why it is signed so (on the certificate)"
-_WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 
@@ -33,8 +31,8 @@ Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN"
 class AskedLine(Enum):
     """A line of a question: its label."""
 
-    WHY = _WHY
-    WHY_REPLACED = _WHY_REPLACED
+    WHY = "Why it is signed so (on the certificate)"
+    WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
     PASSPHRASE = "Passphrase"
     REPEATED = "Repeat passphrase"
     DISPOSITION = "Disposition"
