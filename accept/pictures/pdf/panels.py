@@ -16,12 +16,12 @@ from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable
 
-from accept.pictures.colours import GREY, GRID, INK, MAP_STEPS, colour
+from accept.pictures.colours import GREY, GRID, INK, MAP_STEPS, tinted
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size
 from accept.pictures.pdf.legend import LegendEntry, legend
-from accept.pictures.pdf.plot_area import Area, dots, polygon, polyline, runs
-from accept.pictures.scale import LARGEST, Scale, edges, scales
+from accept.pictures.pdf.plot_area import Area, dots, polygon, polyline
+from accept.pictures.scale import LARGEST, Scale, edges, runs, scales
 from accept.pictures.words import pretty
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span, Text
@@ -36,18 +36,13 @@ _BAR = 2.0 * mm
 
 def draw_items(area: Area, items: Sequence[Item]) -> list[LegendEntry]:
     """Draw the items of a panel, zones below curves below words, and return the entries of its legend."""
-    tinted, nth = [], 0
-    for item in sorted(items, key=lambda i: isinstance(i, Span | Mark)):  # as `accept.pictures` counts its colours
-        role = getattr(item, "role", "data")
-        again = role == "auto" and nth >= 3  # colours this far on are too close in grey: dash them
-        tinted.append((item, colour(role, nth), again))
-        nth += role == "auto"
-    tinted.sort(key=lambda one: _ORDER[type(one[0])] - (getattr(one[0], "role", "") in ("quiet", "before")))
-    for item, tint, again in tinted:
+    drawn = tinted(items)
+    drawn.sort(key=lambda one: _ORDER[type(one[0])] - (getattr(one[0], "role", "") in ("quiet", "before")))
+    for item, tint, again in drawn:
         area.canvas.saveState()
         _DRAWERS[type(item)](area, item, HexColor(tint), again)
         area.canvas.restoreState()
-    shown = [one for one in tinted if isinstance(one[0], Line | Band | Span) and one[0].label]
+    shown = [one for one in drawn if isinstance(one[0], Line | Band | Span) and one[0].label]
     order = {id(item): place for place, item in enumerate(items)}
     shown.sort(key=lambda one: order[id(one[0])])
     return [LegendEntry(pretty(item.label), _key_shape(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]

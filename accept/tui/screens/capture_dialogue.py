@@ -2,6 +2,7 @@
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,9 +12,39 @@ from textual.widgets import Static
 from accept.capture.reading_loop import CaptureStopped
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
-from accept.workflow.instruments.capture_log import CaptureLog, is_cue
 
 LOOK_S = 0.2  # between two looks whether the capture was stopped
+LAST = 3  # words that stay: hits come every second or two, and each of their verdicts is to be read
+
+
+def is_cue(words: str) -> bool:
+    """Return whether words ask for something to be done now: `hit now`, `put the mass on now`."""
+    return words.endswith("now")
+
+
+class CaptureLog:
+    """The cue stays until another one comes or a question is asked; of what was found, the last words stay."""
+
+    def __init__(self) -> None:
+        self._cue = ""
+        self._last: deque[str] = deque(maxlen=LAST)
+
+    def said(self, words: str) -> list[str]:
+        """Return what is shown after words were said: the cue first, the newest last."""
+        if is_cue(words):
+            self._cue = words
+        else:
+            self._last.append(words)
+        return self.lines
+
+    def answered(self) -> list[str]:
+        """Return what is shown while a question is asked, which is what is to be done now."""
+        self._cue = ""
+        return self.lines
+
+    @property
+    def lines(self) -> list[str]:
+        return [*([self._cue] if self._cue else []), *self._last]
 
 
 class CaptureDialogue:

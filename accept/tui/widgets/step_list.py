@@ -166,17 +166,12 @@ class UnitBar(Static):
         super().__init__("", id="unit", markup=False)
         self._session, self._where = session, where
 
-    def on_mount(self) -> None:
-        self.show()
-
-    def on_resize(self) -> None:
-        self.show()
-
     def show(self) -> None:
-        """Show the unit as it is now."""
         spec = self._session.spec
         lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
         self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
+
+    on_mount = on_resize = show
 
     def _line(self, spec: str) -> Text:
         session = self._session

@@ -199,7 +199,6 @@ def _go_on(d: StepDialogue, after: int | None) -> Turn:
 
 
 def _move(d: StepDialogue, way: int) -> Turn:
-    """Move to the line above or below."""
     if not d.lines:
         return Turn(d)
     between = (d.given if d.given is not None else -1) + (way < 0)  # the line that was given last and the next

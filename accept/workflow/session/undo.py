@@ -3,15 +3,12 @@
 from accept.store import Event
 from accept.store.payloads import EntryUndone, RecordLinked, RunOpened, StepNoted, ValueTaken, payload_of
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.session.unit import OpenUnit
+from accept.workflow.session.unit import Subject
 from accept.workflow.steps.section import value_words
 
 
-class Undo:
+class Undo(Subject):
     """Takes back entries of one unit."""
-
-    def __init__(self, unit: OpenUnit) -> None:
-        self._unit = unit
 
     def last_entry(self) -> Event | None:
         """Return the entry that `entry` would take back."""

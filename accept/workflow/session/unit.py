@@ -145,3 +145,10 @@ class OpenUnit:
             document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
             attach.write_document(self.folder, document)
             return attempt
+
+
+class Subject:
+    """A part of what is done at an open unit, which serves by itself."""
+
+    def __init__(self, unit: OpenUnit) -> None:
+        self._unit = unit
