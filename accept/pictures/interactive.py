@@ -169,8 +169,6 @@ def _draw(figure: Any, item: object, nth: int, row: int) -> None:
         case Heights():
             dots = {"color": item.z, "colorscale": "Cividis", "size": 12, "showscale": True}
             figure.add_scatter(x=item.x, y=item.y, mode="markers", marker=dots, showlegend=False, **at)
-        case _:
-            return
 
 
 def _short(values: Array) -> Array:

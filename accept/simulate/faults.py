@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -52,22 +53,9 @@ def _warp(figures: Figures) -> Figures:
     return replace(figures, heights_um=heights(np.random.default_rng(14), 14.0))
 
 
-def _small_stacks(figures: Figures) -> Figures:
-    """Return APA 3 of [STB] 2.2: as if the stacks were half the size."""
-    return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
-
-
-def _soft(figures: Figures) -> Figures:
-    return replace(figures, k_closed_N_per_um=1.45, k_open_N_per_um=1.96)
-
-
 def _soft_shell(figures: Figures) -> Figures:
     x, y, axial, torsion = figures.modes_Hz
     return replace(figures, modes_Hz=(0.86 * x, y, axial, torsion))
-
-
-def _lossy(figures: Figures) -> Figures:
-    return replace(figures, loop=0.24)
 
 
 def _turn(c: Columns) -> Columns:
@@ -116,12 +104,19 @@ FAULTS: Mapping[str, UnitFault] = {
         "stacks of a third of their capacitance, as APA 3 of the published seven",
         ("apa",),
         (("sensor_uF", "fail"), ("actuator_uF", "fail"), ("sensor_highpass_Hz", "fail")),
-        figures=_small_stacks,
+        figures=partial(replace, sensor_uF=1.72, actuator_uF=5.18),  # [STB] 2.2: as if they were half the size
     ),
     "dead_stack": UnitFault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
-    "soft": UnitFault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
+    "soft": UnitFault(
+        "shell too soft along its axis",
+        ("apa",),
+        (("k_closed_N_per_um", "fail"),),
+        figures=partial(replace, k_closed_N_per_um=1.45, k_open_N_per_um=1.96),
+    ),
     "soft_bending": UnitFault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
-    "hysteresis": UnitFault("loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
+    "hysteresis": UnitFault(
+        "loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=partial(replace, loop=0.24)
+    ),
     "double_hit": UnitFault(
         "the hammer bounces in the x-bending record",
         ("apa",),

@@ -13,7 +13,6 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.bench import Workbench
 from accept.workflow.capture import capture
 from accept.workflow.certify import Signing, key_problem
-from accept.workflow.dialogue.summary import TECHNICIAN
 from accept.workflow.entry.passphrase_guard import refuse_passphrases
 from accept.workflow.instruments.hardware import BenchInstruments
 from accept.workflow.instruments.port import Instruments
@@ -34,10 +33,7 @@ class BenchServices(WorkerProcess):
     open_session = staticmethod(open_session)
     refuse_passphrases = staticmethod(refuse_passphrases)
     signing = staticmethod(Signing)
-
-    @staticmethod
-    def key_problem(home: Path, operator: str) -> str:
-        return key_problem(home, TECHNICIAN, operator)
+    key_problem = staticmethod(key_problem)
 
     def computation(self, session: Session, say: Callable[[str], None] = lambda _: None) -> Elsewhere:
         return Elsewhere(self, session, say)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, cast
 
 from textual.events import Key
 
@@ -16,7 +16,6 @@ from accept.workflow.ports import Computation
 from accept.workflow.session import Session
 from accept.workflow.steps.unit_list import Queue
 
-T = TypeVar("T")
 SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
 _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
@@ -38,7 +37,7 @@ class OpensUnits(KnowsPassphrases, Protocol):
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
 
 
-class Scanning(Working[T]):
+class Scanning(Working[bool]):
     """Collects letters until Enter, as a scanner sends them."""
 
     _scan = ""
@@ -62,6 +61,11 @@ class Scanning(Working[T]):
     def bench_app(self) -> OpensUnits:
         """Return the application, which opens other units."""
         return cast(OpensUnits, self.app)
+
+    async def action_leave(self) -> None:
+        """Go back once all is saved; what takes long is stopped first."""
+        await self.saved()
+        self.stop_or(lambda: self.leave(False))
 
     def takes_scans(self) -> bool:
         """Return whether letters are a serial."""

@@ -48,8 +48,8 @@ class CaptureLog:
 
 
 class CaptureDialogue:
-    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `stop` and `ended`
-    from the screen."""
+    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `ended` from the
+    screen, which sets `stopped`."""
 
     def __init__(self, screen: Working[Any], title: str) -> None:
         self._screen, self._title, self.stopped = screen, title, threading.Event()
@@ -68,7 +68,7 @@ class CaptureDialogue:
                 continue
             if answer is not None:
                 return answer[0]
-            self.stop()
+            self.stopped.set()
         raise CaptureStopped("stopped; nothing was entered")
 
     def say(self, words: str) -> None:
@@ -80,9 +80,6 @@ class CaptureDialogue:
     def ended(self) -> None:
         """Take the words away: what became of the capture stands in the status line."""
         self._show(())
-
-    def stop(self) -> None:
-        self.stopped.set()
 
     def _show(self, lines: Sequence[str]) -> None:
         text = Text("\n".join(lines))

@@ -218,7 +218,7 @@ class StepScreen(Page):
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
         talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
-        self.stop = talk.stop
+        self.stop = talk.stopped.set
 
         def measure() -> Sequence[str]:
             try:

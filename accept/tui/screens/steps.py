@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from accept.tui.screens.summary import Summary
 
 
-class Steps(Scanning[bool]):
+class Steps(Scanning):
     """Dismisses True when the next unit is wanted, False when this one is left as it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -261,10 +261,6 @@ class Steps(Scanning[bool]):
         self._show()
         self.query_one(StepList).stand_at(step)
         self.say("New records are there. Enter: measure the step again", "saved")
-
-    async def action_leave(self) -> None:
-        await self.saved()
-        self.leave(False)
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)

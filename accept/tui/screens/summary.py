@@ -34,7 +34,7 @@ _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 
 
-class Summary(Scanning[bool]):
+class Summary(Scanning):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     asks_passphrase = True
@@ -100,8 +100,7 @@ class Summary(Scanning[bool]):
                 await self.saved()
                 self.leave(True)
             case Do.STOP_OR_LEAVE:
-                await self.saved()
-                self.stop_or(lambda: self.leave(False))
+                await self.action_leave()
             case Do.ASK_REMEDY:
                 ask_remedy(self, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if self.bench.training is not None:

@@ -157,8 +157,6 @@ class PanelPlot(PlotWidget):
             case Mark() | Span():
                 for at in (item.at,) if isinstance(item, Mark) else (item.lo, item.hi):
                     self._straight(at, item.axis, ROLES.get(item.role, "white"), ends)
-            case _:
-                return
 
     def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
         panel = self._panel

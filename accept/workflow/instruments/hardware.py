@@ -57,9 +57,7 @@ class BenchInstrument:
         """Return model, serial number, calibration, and at most `most` entries of the traffic since the last call."""
         with self.mutex:
             traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
-        return _evidence(self.key, self.entry, self.driver.asked) | {
-            "transcript": [t.to_json() for t in bounded(traffic, most)]
-        }
+        return _evidence(self.key, self.entry, self.driver.asked, bounded(traffic, most))
 
     def uncertainty(self, value: float) -> float | None:
         return self.entry.accuracy.at(value) if self.entry.accuracy else None
@@ -103,7 +101,7 @@ class BenchInstruments(Instruments):
             for name, entry in bench.instruments.items()
             if entry.driver not in BY_HAND
         ]
-        self._hands = StagedOperator(Path(bench.stage)) if bench.stage else None
+        self.staged = StagedOperator(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """Return the first instrument that measures this check, if the check's value is a reading: a value that is
@@ -124,11 +122,6 @@ class BenchInstruments(Instruments):
     def _measuring(self, check: str) -> BenchInstrument | None:
         return next((each for each in self._instruments if check in each.entry.measures), None)
 
-    @property
-    def staged(self) -> StagedOperator | None:
-        """Return the operator of a simulated bench; None at a real one, where a person acts."""
-        return self._hands
-
     def close(self) -> None:
         for instrument in self._instruments:
             instrument.close()
@@ -137,12 +130,12 @@ class BenchInstruments(Instruments):
 
     def _set_up(self, name: str, index: int | None) -> None:
         """Set up a simulated bench as a technician would set up a real one: its stage holds where the probe stands."""
-        if self._hands is None:
+        if self.staged is None:
             return
         if index is not None and index < len(POINTS_MM):
-            self._hands.probe(index + 1, *POINTS_MM[index])
+            self.staged.probe(index + 1, *POINTS_MM[index])
         elif name in GROUPS:
-            self._hands.leads(GROUPS[name])
+            self.staged.leads(GROUPS[name])
 
 
 def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
@@ -164,7 +157,9 @@ def _full_name(key: str, entry: InstrumentEntry | RecorderEntry) -> str:
     return " ".join(word for word in (key, entry.model, entry.serial) if word)
 
 
-def _evidence(key: str, entry: InstrumentEntry | RecorderEntry, settings: Mapping[str, Any]) -> dict[str, Any]:
+def _evidence(
+    key: str, entry: InstrumentEntry | RecorderEntry, settings: Mapping[str, Any], traffic: Sequence[Traffic] = ()
+) -> dict[str, Any]:
     stated = entry.calibration
     return {
         "instrument": key,
@@ -172,7 +167,7 @@ def _evidence(key: str, entry: InstrumentEntry | RecorderEntry, settings: Mappin
         "serial": entry.serial,
         "calibration": stated and {"certificate": stated.certificate, "due": stated.due.isoformat()},
         "settings": dict(settings),
-        "transcript": [],
+        "transcript": [t.to_json() for t in traffic],
     }
 
 

@@ -43,7 +43,10 @@ class InstrumentPort(Protocol):
 
 
 class Instruments:
-    """The instruments at hand; there are none here: everything is typed."""
+    """The instruments at hand; there are none here: everything is typed. staged: the operator of a simulated bench,
+    None at a real one, where a person acts."""
+
+    staged: Any = None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:  # noqa: ARG002
         """Return the instrument that reads this input, None if it is typed."""
@@ -51,11 +54,6 @@ class Instruments:
 
     def recording(self, check: str) -> Any:  # noqa: ARG002
         """Return the `BenchInstrument` that measures a check as a whole, None without one."""
-        return None
-
-    @property
-    def staged(self) -> Any:
-        """Return the operator of a simulated bench, None at a real one."""
         return None
 
     def close(self) -> None:
