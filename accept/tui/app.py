@@ -209,6 +209,11 @@ class BenchApp(InOrder):
     async def is_serial(self, text: str) -> bool:
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
+    def may_be_secret(self, text: str) -> bool:
+        from accept.workflow.entry.passphrase_guard import may_be_passphrase  # what it imports is there by now
+
+        return may_be_passphrase(text)
+
     def is_secret(self, text: str) -> bool:
         """Return whether text, which is about to be taken for something else, is a passphrase of this bench. Called in
         a thread: a tenth of a second for each key."""

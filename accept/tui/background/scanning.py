@@ -10,7 +10,6 @@ from textual.events import Key
 from accept.tui.background.busy_screen import KnowsPassphrases, Then, Working, after
 from accept.workflow.bench import Workbench
 from accept.workflow.entry.parse_entry import is_value
-from accept.workflow.entry.passphrase_guard import may_be_passphrase
 from accept.workflow.entry.shift import NOT_TAKEN, SigningShift
 from accept.workflow.ports import Computation
 from accept.workflow.session import Session
@@ -35,6 +34,9 @@ class OpensUnits(KnowsPassphrases, Protocol):
 
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
+
+    def may_be_secret(self, text: str) -> bool:
+        """Return whether text is long enough for a passphrase and reads as no value."""
 
 
 class Scanning(Working[bool]):
@@ -78,7 +80,7 @@ class Scanning(Working[bool]):
             event.stop()
             self._scan = self.scan + event.character
             self._last_letter = time.monotonic()
-            goes = self.value_goes if not may_be_passphrase(self._scan) and is_value(self._scan) else ""
+            goes = self.value_goes if not self.bench_app.may_be_secret(self._scan) and is_value(self._scan) else ""
             count = len(self._scan)
             letters = f"{count} letter{'s' * (count > 1)} of a serial. Enter: go to that unit. {self.where_signed}"
             self.say(f"{self._scan}   Enter: {goes}" if goes else letters)
@@ -125,7 +127,7 @@ class Scanning(Working[bool]):
         """Give a value to the step. Digits alone may be the serial of a new unit: that is asked, lest a value begin
         a unit or a serial become a value."""
         if text.isdigit() and len(text) >= SHORTEST:
-            shown = "of that number" if may_be_passphrase(text) else text
+            shown = "of that number" if self.bench_app.may_be_secret(text) else text
             self.say(f"No unit {shown} was begun here. Enter: begin it. A value: open its step first", "doubt")
             self._asked_about = text
         else:
