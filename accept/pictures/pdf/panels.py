@@ -343,7 +343,6 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         self.spaceBefore = space_above
 
     def draw(self) -> None:
-        """Draw every panel in its cell."""
         width = self.width / self.columns
         for nth, panel in enumerate(self.panels):
             draw_panel(self.canv, panel, nth * width, 0.0, width, self.height)
@@ -364,7 +363,6 @@ class FigureStack(Flowable):  # type: ignore[misc]
         self.height = TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM
 
     def draw(self) -> None:
-        """Draw every panel over the width, the first on top."""
         top = self.height - TOP
         for nth, (panel, height) in enumerate(zip(self.panels, self.heights, strict=True)):
             shown = panel if nth == 0 else replace(panel, title="")
