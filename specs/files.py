@@ -1,10 +1,12 @@
 """Reading files from elsewhere: regular files only, and never more bytes than were asked for."""
 
 import errno
+import json
 import logging
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: people's files are far smaller
 CERTIFICATE_BYTES = 100_000_000  # with the files attached to it: 13 MB for a strut, 20 MB of records at most
@@ -38,3 +40,11 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
         raise OSError(errno.EFBIG, f"has more than {limit} bytes, which are not read", str(path))
     log.info("read %s, %d bytes", path, len(content))
     return content
+
+
+def json_of(raw: bytes | str) -> Any:
+    """Parse JSON that this process did not write. Raises ValueError if it is not JSON or is nested too deeply."""
+    try:
+        return json.loads(raw)
+    except RecursionError as e:
+        raise ValueError("it is nested too deeply") from e

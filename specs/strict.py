@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from specs.errors import AcceptError
+from specs.errors import ProblemsError
 from specs.files import read_bounded
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -23,12 +23,8 @@ _BETWEEN_DOTTED = re.compile(rb"[=,\[\]{}\n#]")  # dots of one key stand between
 Full = TypeVar("Full", bound="Strict")
 
 
-class SpecError(AcceptError, ValueError):
-    """Every problem of a file, a line each: file, key path, fault."""
-
-    def __init__(self, path: str, problems: list[str]) -> None:
-        self.path, self.problems = path, problems
-        super().__init__("\n".join(f"{path}: {p}" for p in problems))
+class SpecError(ProblemsError):
+    """The problems of a spec or another TOML file, a line each: file, key path, fault."""
 
 
 class Strict(BaseModel):

@@ -1,12 +1,14 @@
 """Serials that are taken for one another.
 
 Those that differ only in capitals are refused: on a file system that does not distinguish them, their certificates and
-folders would overwrite each other. Those that differ by letters and digits that look alike (A-10, A-1O), by leading
+folders would overwrite each other. Those that differ by characters that look alike (A-10, A-1O; A-W, A-VV), by leading
 zeros or by separators that part no digits (B-1, B-01, B_1, B1) are asked about."""
 
 import re
 
-LOOKS = ("oilsb", "01158")  # letters, in lower case, and the digits that look like them
+# Letters, in lower case, and what looks like them.
+LOOKS = {"o": "0", "i": "1", "l": "1", "z": "2", "s": "5", "g": "6", "b": "8", "w": "vv"}
+_LOOKS = str.maketrans(LOOKS)
 UNSEEN = "-_.0"  # left out of the key of the index: any of them may be a separator or a leading zero
 # A serial names files and goes into a QR code: nothing that a file system or a shell could misread.
 SERIAL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
@@ -36,19 +38,20 @@ def look_alike(serial: str, other: str) -> bool:
     """Return whether two serials are easily confused. Not if a letter in one is a digit in the other and also the
     reverse, as in B-8 and 8-B."""
     if _looks(serial) == _looks(other):
-        pairs = [(a, b) for a, b in zip(serial, other, strict=True) if a != b and a.isdigit() != b.isdigit()]
+        one, two = (spelling_key(each).replace("w", LOOKS["w"]) for each in (serial, other))
+        pairs = [(a, b) for a, b in zip(one, two, strict=True) if a.isdigit() != b.isdigit()]
         return len({a.isdigit() for a, _ in pairs}) < 2
     return _plain(serial) == _plain(other)
 
 
 def _looks(serial: str) -> str:
-    return spelling_key(serial).translate(str.maketrans(*LOOKS))
+    return spelling_key(serial).translate(_LOOKS)
 
 
 def _plain(serial: str) -> str:
     """Return a serial without leading zeros, and with separators between two digits only."""
     without_zeros = re.sub(r"(?<!\d)0+(?=\d)", "", spelling_key(serial))
-    return re.sub(r"(?<!\d)-|-(?!\d)", "", re.sub(r"[-_.]+", "-", without_zeros)).translate(str.maketrans(*LOOKS))
+    return re.sub(r"(?<!\d)-|-(?!\d)", "", re.sub(r"[-_.]+", "-", without_zeros)).translate(_LOOKS)
 
 
 def mistaken_for(serial: str, known: str) -> str:
@@ -63,6 +66,8 @@ def difference(serial: str, known: str) -> str:
     """Return in words where a serial differs from one that looks like it."""
     if _looks(serial) != _looks(known):
         return f"{serial} differs from {known}, which the store knows, in leading zeros or separators"
+    if len(serial) != len(known):
+        return f"{serial} differs from {known}, which the store knows, in VV and W"
     pairs = enumerate(zip(serial, known, strict=True), 1)
     apart = [f"character {i} is the {_kind(a)} {a}, not the {_kind(b)} {b}" for i, (a, b) in pairs if a != b]
     return f"{serial} differs from {known}, which the store knows: {'; '.join(apart)}"

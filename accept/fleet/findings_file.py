@@ -26,6 +26,7 @@ from accept.base.progress import busy
 from accept.store import START, TECHNICIAN, Event, Sealer, Store, StoreHead, payloads
 from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
 from checks import verdict
+from specs.files import json_of
 from specs.spec import listed_name
 
 KIND = "accept findings"
@@ -253,7 +254,7 @@ def _read(store: Store, sealer: Sealer, names: Collection[str]) -> tuple[StoreHe
     try:
         with _path(store, sealer).open("rb") as file:
             signed = file.readline(LONGEST_HEADER)
-            header = json.loads(sealer.text_of(signed) or "null")
+            header = json_of(sealer.text_of(signed) or "null")
             head = StoreHead.parse(header["head"])
             if header["kind"] != KIND or header["code"] != code() or not store.holds(head):
                 return None
@@ -269,7 +270,7 @@ def _read(store: Store, sealer: Sealer, names: Collection[str]) -> tuple[StoreHe
             found: dict[str, Column] = {}
             for name in names:
                 values = np.frombuffer(content(name), np.dtype(TYPES[name]).newbyteorder("<"))
-                found[name] = values, json.loads(content(_words(name))) if name in TEXTS else None
+                found[name] = values, json_of(content(_words(name))) if name in TEXTS else None
             return head, found
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -15,7 +15,7 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.judging.advice import concluded
-from accept.judging.decisions import Signer, problem_here, recording_party, sign_decision
+from accept.judging.decisions import Opens, problem_here, recording_party, sign_decision
 from accept.judging.rules import withhold_copies
 from accept.store import TABLE, Event, Store
 from accept.store.payloads import CopiesResolved, UnitJudged
@@ -137,7 +137,7 @@ def resolved_content(decision: CopiesResolved) -> dict[str, Any]:
     }
 
 
-def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, signer: Signer) -> list[Copy]:
+def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, opens: Opens) -> list[Copy]:
     """Store to which unit shared recordings belong, as quality assurance decides and signs; returns them. measured:
     `SERIAL`, or `SERIAL:section/input`.
 
@@ -162,7 +162,7 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, sig
     if len(units := sorted({unit for unit, _ in chosen})) > 1:
         raise CopiesError(f"--measured: one recording was measured at one unit, not at {' and '.join(units)}")
     told = sorted({recording_party(serial, c["sample"], samples[c["sample"]]) for c in found} | _parties(store, found))
-    said = CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split()))
+    said, signer = CopiesResolved(tuple(told), tuple(chosen), " ".join(reason.split())), opens()
     signed = sign_decision(CopiesResolved.KIND, resolved_content(said), signer)
     store.write(replace(said, signed=signed), serial, who=signer.person)
     return found

@@ -6,7 +6,7 @@ valid signature does not count: a name can be typed by anyone at the keyboard.
 
 import hashlib
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -44,6 +44,10 @@ class Signer:
     def person(self) -> KeyHolder:
         """Return the name on the certificate."""
         return KeyHolder(_attribute(self.certificate, NameOID.COMMON_NAME))
+
+
+Opens = Callable[[], Signer]
+"""Opens the key: called when the decision is due, so that no passphrase is asked for before a refusal."""
 
 
 def sign_decision(kind: str, content: Mapping[str, Any], signer: Signer) -> SignedBy:

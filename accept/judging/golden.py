@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.base.documents.results import Information
-from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.judging.decisions import Opens, Signer, problem_here, sign_decision
 from accept.store import Event, Store
 from accept.store.payloads import (
     BenchStated,
@@ -105,14 +105,14 @@ def values_of(judged: UnitJudged) -> dict[str, Information | Finding]:
     return {row.quantity: row for row in judged.result.rows}
 
 
-def retire(store: Store, serial: str, reason: str, signer: Signer) -> None:
+def retire(store: Store, serial: str, reason: str, opens: Opens) -> None:
     """Make a golden unit an ordinary one, by a decision that quality assurance signs. Raises GoldenError without a
     reason, or if the unit is not golden, DecisionError for a key of another role."""
     if serial not in goldens(store):
         raise GoldenError(f"{serial} is not a golden unit")
     if not reason.strip():
         raise GoldenError("say why it is retired: --reason")
-    said = GoldenRetired(" ".join(reason.split()), _last(store, serial))
+    said, signer = GoldenRetired(" ".join(reason.split()), _last(store, serial)), opens()
     signed = sign_decision(GoldenRetired.KIND, _change(serial, said), signer)
     store.write(replace(said, signed=signed), serial, who=signer.person)
 
@@ -141,7 +141,7 @@ def not_counted(judgements: int, serials: Iterable[str]) -> str:
     return f"{judgements} judgements of golden units are not counted: {named}" if judgements else ""
 
 
-def resolve(store: Store, reason: str, signer: Signer) -> None:
+def resolve(store: Store, reason: str, opens: Opens) -> None:
     """Let this bench judge again, by a decision that quality assurance signs. Raises GoldenError without a reason, or
     if nothing is to be resolved, DecisionError for a key of another role."""
     if not reason.strip():
@@ -149,7 +149,7 @@ def resolve(store: Store, reason: str, signer: Signer) -> None:
     stop = stopped_by(store)
     if stop is None:
         raise GoldenError("nothing to resolve: this bench is not stopped")
-    said = GoldenResolved(" ".join(reason.split()), store.bench, stop.seq)
+    said, signer = GoldenResolved(" ".join(reason.split()), store.bench, stop.seq), opens()
     signed = sign_decision(GoldenResolved.KIND, _content(said), signer)
     store.write(GoldenResolved(said.reason, said.bench, said.missed, signed), who=signer.person)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError, create_model
 
-from accept.base.documents.results import Information, UnitRecord
+from accept.base.documents.results import Information, UnitRecord, typed_note
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging.calibration import Statement
@@ -194,7 +194,8 @@ def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
             values = held.values(section)
             read = [v.remarks for v in values.values() if isinstance(v, Record | Remarked)]
             found += [f"{section}: {words}" for remarks in read for words in remarks]
-    return found + [f"{n}: {line}" for n, lines in held.folder.notes.items() if n in spec.checks for line in lines]
+    typed = ((name, lines) for name, lines in held.folder.notes.items() if name in spec.checks)
+    return found + [typed_note(name, line) for name, lines in typed for line in lines]
 
 
 def spec_warnings(spec: Spec) -> list[str]:

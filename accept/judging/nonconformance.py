@@ -18,6 +18,7 @@ from accept.base.documents.results import CONCESSION, UnitRecord
 from accept.judging.decisions import (
     DISPOSITION,
     DecisionError,
+    Opens,
     Signer,
     in_notes,
     problem_here,
@@ -234,14 +235,14 @@ def _words_of(void: Void) -> str:
 
 
 def decide(
-    store: Store, serial: str, decision: Decision, signer: Signer, shown: Sequence[str] | None = None
+    store: Store, serial: str, decision: Decision, opens: Opens, shown: Sequence[str] | None = None
 ) -> Sequence[str]:
     """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. shown:
     those that the person saw, None for all. Raises DecisionError without one, with another one, or for a key of another
     role, StoreError."""
-    held = open_nonconformances(store, serial, {})
-    if not held:
+    if not open_nonconformances(store, serial, {}):
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
+    signer, held = opens(), open_nonconformances(store, serial, {})
     if new := [words for words in held if shown is not None and words not in shown]:
         raise DecisionError(f"{serial}: nothing was decided, because another nonconformance holds it now: {new[0]}")
     store.write(decided(store, serial, decision, signer, held), serial, who=signer.person)

@@ -22,6 +22,8 @@ def part_doubts(store: Store, strut: UnitHeader) -> list[str]:
 
 
 def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
+    if not (part.isascii() and part.isprintable() and part == " ".join(part.split())):  # a reader sees another serial
+        return [f"{name} {part!a} has characters that no serial has, so the store cannot tell which part it is"]
     if (known := store.other_spelling(part)) is not None:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
     last = store.latest(part, UnitJudged.KIND)

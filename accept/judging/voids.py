@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from accept.judging.decisions import Signer, problem_here, sign_decision
+from accept.judging.decisions import Opens, problem_here, sign_decision
 from accept.store import Event, Store, StoreHead
 from accept.store.payloads import AttemptVoided, UnitJudged
 from specs.errors import AcceptError
@@ -34,7 +34,7 @@ class Void:
         return f"{self.reason} ({self.person}, {self.time[:10]})"
 
 
-def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -> str:
+def void(store: Store, serial: str, attempt: int, reason: str, opens: Opens) -> str:
     """Declare an attempt void, by a decision that quality assurance signs, and return the verdict that it had.
 
     Raises VoidError without a reason, for an attempt that does not exist or is void already, DecisionError for a key of
@@ -49,7 +49,7 @@ def void(store: Store, serial: str, attempt: int, reason: str, signer: Signer) -
     event = judged[attempt - 1]
     if event.seq in voids(store, serial):
         raise VoidError(f"attempt {attempt} of {serial} is void already")
-    said = AttemptVoided(attempt, event.seq, " ".join(reason.split()), event=event.hash)
+    said, signer = AttemptVoided(attempt, event.seq, " ".join(reason.split()), event=event.hash), opens()
     signed = sign_decision(AttemptVoided.KIND, _content(serial, said), signer)
     store.write(replace(said, signed=signed), serial, who=signer.person)
     return str(UnitJudged.of(event).result.verdict)

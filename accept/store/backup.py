@@ -17,6 +17,7 @@ from accept.store.errors import StoreError
 from accept.store.event import Event
 from accept.store.opening import open_store
 from accept.store.store import Store
+from specs.files import json_of
 
 _AT_ONCE = 500  # events written in one statement
 
@@ -105,8 +106,8 @@ def _forget(store: Store) -> None:
 def _kept_head(file: Path) -> StoreHead | None:
     beside = file.with_name(f"{file.name}.head.json")
     try:
-        found = json.loads(beside.read_bytes()) if beside.is_file() else None
-        return None if found is None else StoreHead(int(found["seq"]), str(found["hash"]))
+        found = json_of(beside.read_bytes()) if beside.is_file() else None
+        return None if found is None else StoreHead.parse(f"{found['seq']} {found['hash']}")
     except (OSError, ValueError, KeyError, TypeError) as e:
         raise StoreError(f"{beside}: is no exported head ({e})") from e
 

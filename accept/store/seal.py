@@ -19,7 +19,7 @@ from sqlalchemy import Connection, text
 
 from accept.base.atomic_files import write_atomic, write_new
 from accept.store.chain import StoreHead
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 
 OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked whole, even if the file is unchanged
 
@@ -59,7 +59,7 @@ class Sealer:
     def read(self, old_too: bool = False) -> Seal | None:
         """Return the seal; None if it is absent, not signed by this bench, or too old (unless `old_too`)."""
         try:
-            inner = json.loads(self.text_of(read_bounded(self.file)) or "")
+            inner = json_of(self.text_of(read_bounded(self.file)) or "")
             seal = Seal(StoreHead.parse(inner["head"]), str(inner["looks"]), float(inner["made"]))
         except (OSError, ValueError, KeyError, TypeError):
             return None
@@ -81,7 +81,7 @@ class Sealer:
     def text_of(self, signed: bytes) -> str | None:
         """Return the text that `signed` made, None if this bench did not sign it."""
         try:
-            stored = json.loads(signed)
+            stored = json_of(signed)
             text = str(stored["sealed"])
             own_key(self.key_file).public_key().verify(bytes.fromhex(stored["signature"]), text.encode())
         except (OSError, ValueError, KeyError, TypeError, InvalidSignature):

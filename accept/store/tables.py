@@ -45,10 +45,10 @@ Index("events_by_subject", events.c.subject, events.c.what, events.c.seq)
 BY_KIND = "events_by_kind"
 _BY_KIND = Index(BY_KIND, events.c.what, events.c.seq)
 # By the key that serials share that look alike. Earlier stores get it when they are opened.
-BY_LOOK = "events_by_spelling"
+BY_LOOK = "events_by_look"
 LOOK = func.lower(events.c.subject)
-for _letter, _digit in [*zip(*LOOKS, strict=True), *((character, "") for character in UNSEEN)]:
-    LOOK = func.replace(LOOK, literal_column(f"'{_letter}'"), literal_column(f"'{_digit}'"))
+for _letter, _like in [*LOOKS.items(), *((character, "") for character in UNSEEN)]:
+    LOOK = func.replace(LOOK, literal_column(f"'{_letter}'"), literal_column(f"'{_like}'"))
 _BY_LOOK = Index(BY_LOOK, LOOK, events.c.what, events.c.subject)
 
 head = Table(

@@ -1,7 +1,7 @@
 """Entries of `unit.toml` outside the checks' sections: text, sections of texts, days."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import MISSING, fields
 from datetime import date
 from typing import Any, TypeGuard, TypeVar, get_type_hints
@@ -14,7 +14,8 @@ from checks.declare import Measured
 from specs.bench import Channels, channel_map
 from specs.plugins import products
 
-MOST_ENTRIES = 200  # of a section: the store is asked about every part
+MOST_ENTRIES = 200  # of a table or a list: the store is asked about every part
+MOST_LETTERS = 100_000  # of a section: a page of them takes 2 s, of ten times as many 200 s
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
@@ -22,6 +23,27 @@ ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}
 Data = Mapping[str, Any]
 Problems = list[str]
 Reader = Callable[[Data, str, Problems], Any]
+
+
+def size_problems(data: Data) -> Problems:
+    """Return which sections are larger than anything that a person or a rig writes there."""
+    found = [] if len(data) <= MOST_ENTRIES else [f"has {len(data)} entries, at most {MOST_ENTRIES} are read"]
+    for key, content in [] if found else data.items():
+        nested = [key, *_nested(content)]
+        entries = max((len(each) for each in nested if not isinstance(each, str)), default=0)
+        letters = sum(len(each) for each in nested if isinstance(each, str))
+        for size, most, what in ((entries, MOST_ENTRIES, "entries"), (letters, MOST_LETTERS, "letters")):
+            found += [f"[{key}] has {size} {what}, at most {most} are read"] if size > most else []
+    return found
+
+
+def _nested(content: Any) -> Iterator[Any]:
+    """Yield every table, list and text of a content, keys too."""
+    if isinstance(content, dict | list | str):
+        yield content
+    if isinstance(content, dict | list):
+        for each in content if isinstance(content, list) else (*content, *content.values()):
+            yield from _nested(each)
 
 
 def header_of(data: Data, problems: Problems) -> UnitHeader:
@@ -76,9 +98,6 @@ def _section(data: Data, key: str, problems: Problems) -> dict[str, Any]:
     table = data.get(key, {})
     if not isinstance(table, dict):
         problems.append(f"{key} = {table!r}: expected a section [{key}]")
-        return {}
-    if len(table) > MOST_ENTRIES:
-        problems.append(f"[{key}] has {len(table)} entries, at most {MOST_ENTRIES} are read")
         return {}
     return table
 

@@ -23,7 +23,7 @@ from checks.declare import Check, Form, Series
 from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
-from specs.errors import AcceptError
+from specs.errors import ProblemsError
 from specs.files import read_bounded
 from specs.strict import toml_of
 
@@ -31,12 +31,10 @@ EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count fr
 MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
 
 
-class UnitError(AcceptError, ValueError):
-    """An unusable `unit.toml`: a line for each problem, with file, key and expected value."""
+class UnitError(ProblemsError):
+    """An unusable `unit.toml`: its problems, with file, key and expected value."""
 
-    def __init__(self, path: Path, problems: list[str]) -> None:
-        self.path, self.problems = path, problems
-        super().__init__("; ".join(f"{path}: {p}" for p in problems))
+    between = "; "
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +139,9 @@ def _read_text(path: Path) -> bytes:
 
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Return unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
-    problems: list[str] = []
+    problems = folder_header.size_problems(data)
+    if problems:
+        raise UnitError(folder / UNIT_FILE, problems)
     header = folder_header.header_of(data, problems)
     channels = folder_header.channels_of(data, problems)
     known_channels = record_channels() if channels else []  # every check is loaded for it

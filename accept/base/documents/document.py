@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, Validation
 from pydantic_core import CoreConfig, PydanticSerializationError, SchemaValidator
 
 from specs.errors import AcceptError
+from specs.files import json_of
 from specs.strict import problem_line
 
 Number = int | float  # a whole number that was written as one is written so again
@@ -80,8 +81,8 @@ def _without_halves(content: str | bytes) -> bytes | None:
     """Return JSON with a question mark for each half surrogate pair (a byte of a file name that is not UTF-8 in
     Python); None if it has none or is not JSON."""
     try:
-        text = json.dumps(json.loads(content), ensure_ascii=False)
-    except (ValueError, RecursionError):
+        text = json.dumps(json_of(content), ensure_ascii=False)
+    except ValueError:
         return None
     readable = text.encode("utf-8", "replace")
     return readable if readable.decode() != text else None

@@ -17,12 +17,24 @@ _filled = only_if(bool)
 ALIKE, CONFIRMED, NAME = "alike", "confirmed_by", "name"  # keys of `folder` of a record
 TYPED = "typed values"  # stands among `samples` for the input of a section that holds no record
 CONCESSION = "use-as-is"  # the disposition by which a unit passes as it is
+_TYPED = ": typed note: "  # between a check and the words of a note of `unit.toml`
 SIMULATED = "SIMULATED - NOT A MEASUREMENT"  # of a unit of a training or a simulation, beside its verdict
 
 
 def marked(word: str, simulated: bool) -> str:
     """Return the word of a verdict, with the mark of a unit that no instrument measured."""
     return f"{word}, {SIMULATED}" if simulated else word
+
+
+def typed_note(check: str, words: str) -> str:
+    """Return a note of `unit.toml` as a result lists it: marked and quoted, since others are the program's own."""
+    quoted = words.replace('"', "'")
+    return f'{check}{_TYPED}"{quoted}"'
+
+
+def is_typed_note(note: str) -> bool:
+    """Return whether a note of a result is marked as typed. Earlier programs did not mark them."""
+    return note.partition(_TYPED)[0].isidentifier() and _TYPED in note
 
 
 def unit_word(verdict: str, nonconformances: Collection[str], dispositions: Collection[Mapping[str, Any]] = ()) -> str:

@@ -27,6 +27,7 @@ from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
 from specs.errors import AcceptError
+from specs.files import json_of
 from specs.strict import toml_of
 
 FORMAT = 2
@@ -181,13 +182,13 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
             for nth, (name, files) in enumerate(sorted(manifest.models.items()))
         }
         content = CertificateContent(
-            result=json.loads(attachments[RESULTS]),
+            result=json_of(attachments[RESULTS]),
             spec_name=manifest.spec.name,
             spec_title=manifest.spec.title,
             spec_text=attachments[SPEC].decode("utf-8"),
             operator=manifest.operator,
             instruments=manifest.instruments,
-            panels=panels_from_json(json.loads(attachments[PANELS])),
+            panels=panels_from_json(json_of(attachments[PANELS])),
             files={
                 name: content
                 for name, content in attachments.items()
@@ -203,7 +204,7 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
             code_sha256=manifest.accept.code_sha256,
             drawn_with=manifest.drawn_with,
         )
-        _check_manifest(json.loads(attachments[MANIFEST]), content)
+        _check_manifest(json_of(attachments[MANIFEST]), content)
     except (KeyError, TypeError, AttributeError, ValueError) as e:
         raise ContentError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
     return content

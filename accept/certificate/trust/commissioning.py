@@ -22,6 +22,7 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from accept.certificate.trust import authority, keys
 from accept.judging.calibration import References, Statement, statement
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
+from specs.files import json_of
 from specs.spec import CheckSpec
 
 FOLDER = "commissioning"
@@ -69,7 +70,7 @@ def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
 def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
     try:
         raw = path.read_bytes() if path.stat().st_size <= MAX_BYTES else b""
-        file = json.loads(raw)
+        file = json_of(raw)
         if "signature" not in file:
             return "unproven: its commissioning record is unsigned"
         record, certificate = _verified(file, keys.ca(home))
@@ -82,7 +83,7 @@ def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
         return f"commissioned on {record['on']} by {authority.person_of(certificate)}"
     except FileNotFoundError:
         return "unproven: never commissioned"
-    except (OSError, keys.KeysError, InvalidSignature, ValueError, KeyError, TypeError, RecursionError) as e:
+    except (OSError, keys.KeysError, InvalidSignature, ValueError, KeyError, TypeError) as e:
         return f"unproven: its commissioning record does not verify ({type(e).__name__})"
 
 

@@ -30,7 +30,7 @@ from accept.store import Event, Store, StoreHead
 from accept.store.payloads import KeysRevoked
 from accept.units.attempt_folder import attempt_number
 from specs.errors import AcceptError
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 
 JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 REVOKED = KeysRevoked.KIND
@@ -165,13 +165,13 @@ def read(path: Path) -> list[BenchList]:
         values = sum(map(raw.count, (b"[", b"{", b",")))
         if values > 1000 + len(raw) // LEAST:  # empty lists would fill memory
             raise ListError(f"{path}: has {values} values in {len(raw)} bytes, more than any list of a bench")
-        document = json.loads(raw)
+        document = json_of(raw)
         if document["format"] != 1:
             raise ListError(f"{path}: has format {document['format']!r}, this program reads 1")
         return [_from_json(given) for given in document["lists"]]
     except ListError:
         raise  # it is a ValueError too
-    except (KeyError, TypeError, ValueError, RecursionError) as e:
+    except (KeyError, TypeError, ValueError) as e:
         raise ListError(f"{path}: is not a published list ({type(e).__name__}: {e})") from e
 
 

@@ -1,6 +1,5 @@
 """Approval of a spec by quality assurance, with every model file that it names; it is kept at the bench."""
 
-import json
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,7 +18,7 @@ from accept.certificate.trust.authority import QA
 from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.models.evidence import evidence_of, named_models
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 from specs.spec import Spec, builtin, load
 
 
@@ -54,7 +53,7 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
     if spec.name in shipped and load(spec.name).sha256 == spec.sha256:
         return {"builtin": True}
     try:
-        approval: dict[str, Any] = json.loads(read_bounded(_path(home, spec.sha256)))
+        approval: dict[str, Any] = json_of(read_bounded(_path(home, spec.sha256)))
     except FileNotFoundError:
         return {"reason": other_content(spec.name) if spec.name in shipped else UNSIGNED}
     except (OSError, ValueError):

@@ -178,6 +178,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
         since = entry_of_key.revocation_date_utc.isoformat() if entry_of_key else None
         if since and event.seq < signature.seq and since <= max(event.time, store.latest_time(signature.seq)):
             yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
+            return  # later lists have it too
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:

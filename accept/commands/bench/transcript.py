@@ -1,6 +1,5 @@
 """`accept hw transcript`: every byte that went over an instrument's line, as it was kept."""
 
-import json
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,7 +9,7 @@ import typer
 
 from accept.commands.answer import Answer, command, refusal
 from accept.store import open_store
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 
 Entry = list[Any]  # [time, way, text], as hw.link.Traffic writes it
 MAX_BYTES = 50_000_000  # of a file with a transcript
@@ -22,16 +21,19 @@ def run(
     instrument: Annotated[str | None, typer.Option(help="Only this instrument of the bench file.")] = None,
 ) -> Answer:
     """Print the bytes that an instrument sent and received. A line each: time (UTC), direction, bytes."""
-    found = list(_transcripts(source, instrument))
+    try:
+        found = [(f"# {head}", *map(_line, entries)) for head, entries in _transcripts(source, instrument)]
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as e:
+        return refusal(f"{source}: holds no transcript ({type(e).__name__}: {e})")
     if not found:
         return refusal(f"{source}: no transcript of {instrument or 'an instrument'} is kept")
-    return Answer(*(line for head, entries in found for line in (f"# {head}", *map(_line, entries))))
+    return Answer(*(line for lines in found for line in lines))
 
 
 def _transcripts(source: str, instrument: str | None) -> Iterator[tuple[str, list[Entry]]]:
     """Yield (title, entries) of each transcript in a commissioning record or in all events of a unit."""
     if Path(source).is_file():
-        record = json.loads(read_bounded(Path(source), MAX_BYTES))["record"]
+        record = json_of(read_bounded(Path(source), MAX_BYTES))["record"]
         if instrument in (None, record["instrument"]):
             yield f"{record['instrument']}, commissioning on {record['on']}", record["transcript"]
         return

@@ -150,7 +150,7 @@ def golden_name(
     """Make a judged unit a golden one. Its values and uncertainties are fixed from then on; quality assurance signs
     every naming but the first one with its key."""
     with open_store() as store:
-        signer = decision_signer(passphrase_file, reason) if golden.needs_signature(store) else None
+        signer = decision_signer(passphrase_file, reason)() if golden.needs_signature(store) else None
         who = who_acts(operator) if signer is None else ""
         golden.name_golden(store, serial, expect.value, who, reason, last, signer)
     return Answer(Remark(f"{serial} is a golden unit, expected {expect}"))
@@ -234,4 +234,4 @@ def golden_resolve(
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
         golden.resolve(store, reason, signer)
-    return Answer(Remark(f"resolved by {signer.person}; judge the golden units again before anything else"))
+    return Answer(Remark(f"resolved by {signer().person}; judge the golden units again before anything else"))

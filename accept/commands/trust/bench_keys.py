@@ -4,6 +4,7 @@ import getpass
 import os
 import sys
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 
 from accept.base.console import say
@@ -14,7 +15,7 @@ from accept.certificate.trust.authority import TECHNICIAN
 from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
-from accept.judging.decisions import Signer
+from accept.judging.decisions import Opens, Signer
 from accept.store import BENCH_KEY
 from specs.files import read_bounded
 
@@ -169,13 +170,18 @@ def check_reason(reason: str, passphrase: str) -> None:
         raise KeysError("the reason is the passphrase: it would be stored in clear; nothing was done")
 
 
-def decision_signer(passphrase_file: Path | None, reason: str) -> Signer:
-    """Return the opened QA key of this bench, which signs decisions. Raises KeysError, also if the reason of the
-    decision is the passphrase."""
-    warn_of_home(home())
-    passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
-    check_reason(reason, passphrase)
-    credential = keys.unlock(home(), authority.QA, passphrase)
-    if credential.key is None:
-        raise KeysError("no key found to sign a decision with")
-    return Signer(credential.key, credential.certificate)
+def decision_signer(passphrase_file: Path | None, reason: str) -> Opens:
+    """Return what opens the QA key of this bench, which signs decisions, once. That raises KeysError, also if the
+    reason of the decision is the passphrase."""
+
+    @cache
+    def opened() -> Signer:
+        warn_of_home(home())
+        passphrase = passphrase_of(passphrase_file, "passphrase of the QA key: ", QA_PASSPHRASE, only=True)
+        check_reason(reason, passphrase)
+        credential = keys.unlock(home(), authority.QA, passphrase)
+        if credential.key is None:
+            raise KeysError("no key found to sign a decision with")
+        return Signer(credential.key, credential.certificate)
+
+    return opened

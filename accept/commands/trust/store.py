@@ -1,6 +1,5 @@
 """`accept store`."""
 
-import json as jsonlib
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -45,6 +44,7 @@ from accept.store.payloads import (
     payload_of,
 )
 from checks.verdict import UnitVerdict, Verdict
+from specs.files import json_of
 from specs.spec import listed_name
 
 
@@ -68,13 +68,13 @@ def _kept_head(path: Path) -> StoreHead:
         if content.startswith(b"%PDF-"):
             stated: Mapping[str, Any] | None = read_contents(content).provenance.get("head")
         else:
-            stated = jsonlib.loads(content)
+            stated = json_of(content)
         if stated is None:
             raise StoreError(f"{path}: states no head of a store")
         given = dict(stated)
         if "signature" in given and (problem := head_problem(given)):
             raise StoreError(f"{path}: {problem}")
-        return StoreHead.parse(f"{int(given['seq'])} {given['hash']}")
+        return StoreHead.parse(f"{given['seq']} {given['hash']}")
     except (ValueError, KeyError, TypeError, InvalidCertificate) as e:
         raise StoreError(f"{path}: holds no head of a store ({e})") from e
 
@@ -175,7 +175,7 @@ def void_attempt(
     with open_store() as store:
         verdict = void(store, serial, attempt, reason, signer)
     return Answer(
-        f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer.person})",
+        f"{serial}: attempt {attempt}, '{verdict}', is void: {' '.join(reason.split())} ({signer().person})",
         Remark("it counts in no yield or chart, and its certificate is no longer valid; judge the unit again"),
     )
 
@@ -191,13 +191,13 @@ def dispose(
     stated = parse_disposition(serial, UnitVerdict.CONDITIONAL, disposition, because)
     if stated is None:
         raise DispositionError(f"{serial} needs no disposition")
-    with open_store() as store:
-        held = open_nonconformances(store, serial, {})
-    say("\n".join(f"{serial}: held by {one_line(words)}" for words in held))
     signer = decision_signer(passphrase_file, because)
     with open_store() as store:
+        held = open_nonconformances(store, serial, {})
+        for words in held:
+            say(f"{serial}: held by {one_line(words)}")
         decided = decide(store, serial, Decision(stated.choice, stated.reason), signer, held)
-    lines = (f"{serial}: {nonconformance}: {stated} ({signer.person})" for nonconformance in decided)
+    lines = (f"{serial}: {nonconformance}: {stated} ({signer().person})" for nonconformance in decided)
     return Answer(*lines, Remark("judge the unit again: accept batch, or accept report"))
 
 

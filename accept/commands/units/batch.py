@@ -1,6 +1,5 @@
 """`accept batch`."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +21,7 @@ from accept.store import open_store
 from accept.units.remote_folders import fetched
 from specs.bench import load_bench
 from specs.errors import AcceptError
-from specs.files import read_bounded
+from specs.files import json_of, read_bounded
 from specs.spec import Spec
 
 
@@ -85,7 +84,7 @@ def _lines(report: BatchReport) -> Iterator[str | Table]:
 def _earlier_serials(out: Path) -> set[str]:
     """Return the serials in the results of an earlier batch."""
     try:
-        return {str(unit["serial"]) for unit in json.loads(read_bounded(out / "results.json"))["units"]}
+        return {str(unit["serial"]) for unit in json_of(read_bounded(out / "results.json"))["units"]}
     except (AcceptError, OSError, ValueError, KeyError, TypeError):
         return set()
 

@@ -1,11 +1,11 @@
 """State of the dialogue at the summary of a unit, and what is shown of it."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import UnitRecord, is_typed_note
 from accept.base.names import shown_name
 from accept.judging.advice import ADVICE, advice, first_advice
 from accept.pictures.labels import label_of
@@ -44,15 +44,14 @@ class Report(Protocol):
 @dataclass(frozen=True)
 class SummaryFacts:
     """The unit as it is in the store. result: of the last judgement, None if its inputs have changed since; refused:
-    quantity -> the record that it lacks; steps: name -> name in a list; own_notes: lines of the technicians; idle:
-    nothing is under way; in_front: no question stands in front of the summary."""
+    quantity -> the record that it lacks; steps: name -> name in a list; idle: nothing is under way; in_front:
+    no question stands in front of the summary."""
 
     serial: str
     operator: str
     result: UnitRecord | None
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     steps: Mapping[str, str] = field(default_factory=dict)
-    own_notes: Collection[str] = ()
     nonconformances: Sequence[str] = ()
     verdict: str = ""
     certificate: str | None = None
@@ -124,8 +123,8 @@ class SummaryDialogue:
         return "\n".join([*lines, *self._notes(self.facts.result)])
 
     def _notes(self, result: UnitRecord) -> list[str]:
-        """Return the notes, those of the technicians first, each with its step as people read it."""
-        parts = (n.partition(": ") for n in sorted(result.notes, key=lambda note: note not in self.facts.own_notes))
+        """Return the notes, those that were typed first, each with its step as people read it."""
+        parts = (n.partition(": ") for n in sorted(result.notes, key=lambda note: not is_typed_note(note)))
         return [without_hashes(f"{self.facts.steps.get(step, step)}{colon}{words}") for step, colon, words in parts]
 
     @property

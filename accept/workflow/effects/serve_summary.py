@@ -2,7 +2,6 @@
 
 from accept.workflow.dialogue.summary_state import SummaryFacts
 from accept.workflow.session import Session
-from accept.workflow.steps.section import note_lines
 
 
 def facts(session: Session) -> SummaryFacts:
@@ -16,7 +15,6 @@ def facts(session: Session) -> SummaryFacts:
         result,
         refused,
         steps,
-        {f"{name}: {line}" for name in steps for line in note_lines(session.state(name))},
         session.judgements.nonconformances,
         str(attempt.verdict),
         attempt.certificate,

@@ -8,6 +8,7 @@ from accept.base.atomic_files import write_atomic
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
+from specs.files import json_of
 
 
 def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> None:
@@ -19,7 +20,7 @@ def save(folder: Path, name: str, upto: int, panels: Mapping[str, Panel]) -> Non
 def load(folder: Path, name: str, upto: int) -> dict[str, Panel]:
     """Return the pictures that were kept, an empty mapping if they are absent or unusable: they can be drawn again."""
     try:
-        return panels_from_json(json.loads(_file(folder, name, upto).read_bytes()))
+        return panels_from_json(json_of(_file(folder, name, upto).read_bytes()))
     except (OSError, ValueError, KeyError, TypeError):
         return {}
 

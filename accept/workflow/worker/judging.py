@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import UnitRecord, is_typed_note
 from accept.base.version import code_sha256
 from accept.batch.job import UnitJob
 from accept.batch.pipeline import Pipeline
@@ -22,7 +22,6 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.session import Session
 from accept.workflow.session.gap import Explanation
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.steps.section import note_lines
 from accept.workflow.steps.status import state_of
 from accept.workflow.worker.process import Say, Work, WorkerProcess
 from checks.errors import ModelError, RecordError
@@ -114,6 +113,5 @@ def _explain(say: Say, folder: Path, spec: Spec) -> Explanation:
 
 def judgement_of_result(name: str, result: UnitRecord, state: StepState, spec_name: str) -> StepJudged:
     """Return the judgement of a step to be stored; the technician's own notes are stored already."""
-    own = {f"{name}: {line}" for line in note_lines(state)}
-    notes = tuple(note.removeprefix(f"{name}: ") for note in result.notes if note not in own)
+    notes = tuple(note.removeprefix(f"{name}: ") for note in result.notes if not is_typed_note(note))
     return StepJudged(name, state.upto, result.findings, result.information, notes, spec_name, code_sha256())

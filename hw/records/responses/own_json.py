@@ -1,20 +1,19 @@
 """The response that `accept frf --json` wrote."""
 
-import json
-
 import numpy as np
 
 from checks.arrays import Array
 from checks.errors import RecordError
 from hw.records.responses.file import Curve, ResponseFile, response_file
 from hw.records.source import Source
+from specs.files import json_of
 
 
 def read_json(source: Source) -> ResponseFile:
     """Return the response with its coherence and variance unchanged. `nu` are degrees of freedom, one fewer than
     averages. Raises RecordError if the file holds several, or is not of this program."""
     try:
-        found = json.loads(source.raw)["responses"]
+        found = json_of(source.raw)["responses"]
     except (ValueError, KeyError, TypeError) as e:
         raise RecordError(f"{source.file}: is no JSON of `accept frf --json`") from e
     if len(found) != 1:

@@ -158,3 +158,18 @@ def test_the_cause_of_a_held_unit_is_named_in_the_yield(tmp_path: Path, known: P
     accept("batch", folder, "--out", known, "--spec", "apa-basic", "--no-certificates")
     assert "serial in doubt" in accept("yield").output
     assert json.loads((known / "results.json").read_text())
+
+
+@pytest.mark.parametrize(
+    "part", ["APA-10\u200b", "\u0391PA-10", "APA\u201110", "APA-10 ", "AP\u00adA-10", "APA-1\uff10"]
+)
+def test_a_part_in_letters_of_another_script_is_not_an_unknown_one(tmp_path: Path, known: Path, part: str) -> None:
+    """The page would show the serial of a part that the store knows, perhaps as rejected."""
+    folder = unit(tmp_path / "more" / "B-7", "B-7", 1.7)
+    text = (folder / "unit.toml").read_text()
+    (folder / "unit.toml").write_text(f'{text}[parts]\nsensor = "{part}"\n')
+    assert accept("batch", folder, "--out", known, "--spec", "apa-basic").exit_code == 4
+    (doubt,) = judged(known)["B-7"]["part_doubts"]
+    assert doubt.isascii()
+    assert "has characters that no serial has" in doubt
+    assert accept("verify", known / "certificates" / "B-7.pdf").stdout.startswith("valid: B-7 conditional")

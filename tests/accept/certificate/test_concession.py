@@ -329,7 +329,7 @@ def test_what_an_earlier_program_stored_is_read_as_it_was(bench: Path) -> None:
         store.write(replace(was, result=entry), "A", who="Ann", spec=f"{spec.name}@{spec.sha256}")
         frame = measurements(store)
         assert tuple(yields(frame, "serial").loc[0, ["first", "last"]]) == (False, False)
-        decide(store, "A", Decision("use-as-is", WHY), Signer(credential.key, credential.certificate))
+        decide(store, "A", Decision("use-as-is", WHY), lambda: Signer(credential.key, credential.certificate))
         assert tuple(yields(measurements(store), "serial").loc[0, ["last", "conceded"]]) == (True, True)
     from accept.judging.reservations import Reservations
 

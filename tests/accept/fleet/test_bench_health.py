@@ -121,7 +121,7 @@ def signer():
 @pytest.fixture
 def alone(store):
     """One golden unit, of 360 um."""
-    golden.retire(store, "BAD", "it broke", signer())
+    golden.retire(store, "BAD", "it broke", signer)
     return store
 
 
@@ -131,7 +131,7 @@ def test_a_missed_golden_unit_never_teaches_its_error(alone):
         assert read_as(alone, stroke) == 3
         with pytest.raises(BenchStopped):
             golden.check_may_judge(alone, "A-01")
-    golden.resolve(alone, "the probe was loose", signer())
+    golden.resolve(alone, "the probe was loose", signer)
     golden.check_may_judge(alone, "A-01")
     assert read_as(alone, 360.1) == 0  # the right value, and nothing of before
     assert read_as(alone, 340.0) == 3
@@ -169,7 +169,7 @@ def test_each_bench_of_a_store_is_stopped_for_itself(alone, tmp_path, monkeypatc
         assert check_goldens(other, since, "Ann")[0].problems == ()
         with pytest.raises(BenchStopped):
             golden.check_may_judge(alone, "A-01")  # which lifts nothing here
-        golden.resolve(alone, "the probe was loose", signer())
+        golden.resolve(alone, "the probe was loose", signer)
         golden.check_may_judge(alone, "A-01")
 
 
@@ -197,7 +197,7 @@ def test_a_bench_that_drifted_is_stopped_at_every_check_in_any_order_of_tries(al
             assert (golden.missed(alone) is not None) == stopped
             assert golden.missed(other) is None
         assert stopped
-        golden.resolve(alone, "the probe was loose", signer())
+        golden.resolve(alone, "the probe was loose", signer)
         golden.check_may_judge(alone, "A-01")
 
 
@@ -207,11 +207,11 @@ def test_only_a_signature_of_quality_assurance_lifts_a_stop(alone, monkeypatch):
     alone.write(GoldenResolved("typed", alone.bench, stop.seq), who="Grace")  # nobody signed
     technician = keys.unlock(home(), "technician", "correct horse")
     with pytest.raises(DecisionError, match="not of quality assurance"):
-        golden.resolve(alone, "typed", Signer(technician.key, technician.certificate))
+        golden.resolve(alone, "typed", lambda: Signer(technician.key, technician.certificate))
     for key, value in (("ACCEPT_QA_PASSPHRASE", "wrong horse"),):
         monkeypatch.setenv(key, value)
         assert accept("golden", "resolve", "--reason", "x").exit_code == 6
-    golden.resolve(alone, "the probe was loose", signer())
+    golden.resolve(alone, "the probe was loose", signer)
     *_, lifted = alone.events(what=GoldenResolved.KIND)
     assert read_as(alone, 340.0) == 3
     alone.append(GoldenResolved.KIND, "", lifted.data, who="Grace")  # the signature of before, once more
@@ -287,7 +287,7 @@ def test_a_reference_is_changed_by_a_signature_of_quality_assurance_only(alone, 
         golden.name_golden(alone, "GOLD", "accepted", "Ann", "x")
     technician = keys.unlock(home(), "technician", "correct horse")
     with pytest.raises(DecisionError, match="not of quality assurance"):
-        golden.retire(alone, "GOLD", "x", Signer(technician.key, technician.certificate))
+        golden.retire(alone, "GOLD", "x", lambda: Signer(technician.key, technician.certificate))
 
     def present():
         return {serial: each.reference["stroke_um"].value for serial, each in golden.goldens(alone).items()}

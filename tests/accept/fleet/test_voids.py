@@ -73,7 +73,7 @@ def test_a_void_attempt_is_shown_and_not_counted(bench, tmp_path):
 
 def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
     """A-3 was accepted, then rejected; without the rejection it is a unit to be judged again."""
-    void(bench, "A-3", 2, "the wrong stack was connected", grace())
+    void(bench, "A-3", 2, "the wrong stack was connected", grace)
     frame = measurements(bench)
     assert of(frame, "A-3")[1] == False  # noqa: E712  # numpy's
     assert "A-3" not in pool(frame, "apa", ["stroke_um"]).serials
@@ -90,7 +90,7 @@ def test_a_void_rejection_makes_no_unit_good(bench, tmp_path):
 
 
 def test_a_unit_of_which_all_is_void_is_not_counted(bench):
-    void(bench, "A-2", 1, "measured on another unit", grace())
+    void(bench, "A-2", 1, "measured on another unit", grace)
     frame = measurements(bench)
     assert of(frame, "A-2") is None
     with pytest.raises(FleetError, match="no value"):
@@ -103,8 +103,8 @@ def test_only_a_signature_of_quality_assurance_counts(bench, monkeypatch):
     assert voids(bench) == {}
     technician = keys.unlock(home(), "technician", "correct horse")
     with pytest.raises(DecisionError, match="not of quality assurance"):
-        void(bench, "A-1", 1, "typed", Signer(technician.key, technician.certificate))
-    void(bench, "A-1", 1, "a comma was not typed", grace())
+        void(bench, "A-1", 1, "typed", lambda: Signer(technician.key, technician.certificate))
+    void(bench, "A-1", 1, "a comma was not typed", grace)
     *_, said = map(AttemptVoided.of, bench.events("A-1", AttemptVoided.KIND))
     other = list(bench.events("A-3", "unit_judged"))[1].seq
     bench.write(replace(said, attempt=2, judged=other), "A-3", who="Grace")  # the signature of another decision
@@ -114,10 +114,10 @@ def test_only_a_signature_of_quality_assurance_counts(bench, monkeypatch):
 
 
 def test_what_cannot_be_void_is_refused(bench):
-    void(bench, "A-1", 1, "a comma was not typed", grace())
+    void(bench, "A-1", 1, "a comma was not typed", grace)
     for serial, attempt, reason in (("A-1", 1, "again"), ("A-1", 3, "x"), ("A-9", 1, "x"), ("A-2", 1, "  ")):
         with pytest.raises(VoidError):
-            void(bench, serial, attempt, reason, grace())
+            void(bench, serial, attempt, reason, grace)
 
 
 @pytest.mark.slow

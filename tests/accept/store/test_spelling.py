@@ -22,6 +22,13 @@ def begin(store: Store, serial: str) -> Event:
         ("A-S", "A-5", True),
         ("A-l1", "A-I1", True),
         ("apa-1o", "APA-10", True),
+        ("A-Z1", "A-21", True),
+        ("A-G", "A-6", True),
+        ("A-B", "A-8", True),
+        ("A-VV1", "A-W1", True),
+        ("VVW-1", "WVV-I", True),
+        ("W-8", "VV-B", True),
+        ("A-V", "A-W", False),
         ("B-8", "8-B", False),  # a letter for a digit here, a digit for a letter there
         ("A-11", "A-12", False),
         ("A-1", "A-10", False),
@@ -34,7 +41,7 @@ def test_which_serials_look_alike(serial: str, other: str, alike: bool) -> None:
 
 def test_the_key_of_the_index_is_that_of_the_program() -> None:
     """The database makes its key itself; every character that a serial may have."""
-    serials = [f"A-{chr(code)}x" for code in range(0x21, 0x7F)]
+    serials = [*(f"A-{chr(code)}x" for code in range(0x21, 0x7F)), "A-vVx"]
     with open_store() as store:
         for serial in serials:
             begin(store, serial)
@@ -42,7 +49,7 @@ def test_the_key_of_the_index_is_that_of_the_program() -> None:
             due = {s for s in serials if look_alike(s, serial) and s != serial}
             before = set(serials[: serials.index(serial)])
             assert set(store.look_alikes(serial)) == due & before, serial
-    assert look_key("SOB-Il") == "5811"  # without zeros and separators, which may differ
+    assert look_key("SOB-Il-ZGW") == "581126vv"  # without zeros and separators, which may differ
 
 
 def test_the_later_of_two_is_asked_about_until_it_is_confirmed() -> None:
@@ -70,3 +77,5 @@ def test_the_difference_is_said_by_its_place(tmp_path: Path) -> None:
     assert difference("APA-1O", "APA-10") == (
         "APA-1O differs from APA-10, which the store knows: character 6 is the letter O, not the digit 0"
     )
+    assert difference("A-VV", "A-W") == "A-VV differs from A-W, which the store knows, in VV and W"
+    assert difference("A-Z", "A-2").endswith("character 3 is the letter Z, not the digit 2")

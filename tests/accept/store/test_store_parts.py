@@ -123,7 +123,7 @@ def test_every_unit_that_names_a_part_is_found(tmp_path: Path, seed: int) -> Non
     "earlier",
     [
         ("DROP TABLE parts", "UPDATE head SET store_schema = 1"),
-        ("DROP TABLE parts", "DROP TABLE samples", "DROP INDEX events_by_spelling", "UPDATE head SET store_schema = 1"),
+        ("DROP TABLE parts", "DROP TABLE samples", "DROP INDEX events_by_look", "UPDATE head SET store_schema = 1"),
         ("DROP TABLE parts",),
         ("DELETE FROM parts", "UPDATE head SET store_schema = 1"),
     ],

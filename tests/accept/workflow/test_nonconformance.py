@@ -15,6 +15,7 @@ from accept.base.home import home
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.cli.main import app
+from accept.judging import golden
 from accept.judging.decisions import DecisionError, Signer
 from accept.judging.judge_unit import load_spec
 from accept.judging.nonconformance import decide
@@ -216,7 +217,7 @@ def test_a_disposition_that_nobody_signed_releases_nothing(session: Session, sto
         )
     technician = keys.unlock(home(), "technician", "correct horse")
     with pytest.raises(DecisionError, match="not of quality assurance"):
-        decide(store, "APA-02", Decision("rework", "x"), Signer(technician.key, technician.certificate))
+        decide(store, "APA-02", Decision("rework", "x"), lambda: Signer(technician.key, technician.certificate))
     assert again(session) == "conditional"
 
 
@@ -224,9 +225,10 @@ def test_quality_assurance_decides_without_a_certificate(
     session: Session, store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A decision is signed, is about what holds the unit then, and counts once."""
-    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     asked = ("store", "dispose", "APA-02", "--disposition", "rework", "--because", "polished")
-    assert accept(*asked).exit_code == 6  # nothing holds it
+    refused = accept(*asked)  # before anybody is asked for a passphrase
+    assert (refused.exit_code, refused.stderr) == (6, "accept: APA-02: no nonconformance in the store holds it\n")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     assert again(session) == "conditional"
     done = accept(*asked)
@@ -248,6 +250,8 @@ def test_the_reason_of_a_decision_is_never_the_passphrase(
     session.entries.note("stiffness", "flexure cracked", nonconformance=True)
     judge_whole_unit(session)
     certify.Signing(session).sign("correct horse", WHY)
+    monkeypatch.setattr(golden, "goldens", lambda *_: {"APA-02": None})  # so that there is something to decide
+    monkeypatch.setattr(golden, "stopped_by", lambda *_: store.latest("APA-02", "unit_judged"))
     before, chosen = store.head().seq, ("--disposition", "rework", "--because", " battery staple")
     for asked in (
         ("store", "dispose", "APA-02", *chosen),

@@ -55,7 +55,7 @@ def lines(session: Session) -> list[str]:
     judge_step(session, "capacitance")
     unit = unit_folder.read(session.folder)
     notes = [note for note in judge_unit(unit, session.spec).notes if note.startswith("flatness: ")]
-    return [note.removeprefix("flatness: ") for note in notes]
+    return [note.removeprefix('flatness: typed note: "').removesuffix('"') for note in notes]
 
 
 def test_what_was_read_from_an_instrument_is_told_from_what_was_typed_in_the_unit_s_folder(session: Session):

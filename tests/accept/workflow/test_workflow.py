@@ -282,7 +282,7 @@ def test_a_bench_that_missed_its_golden_units_stores_no_verdict(session: Session
     assert session.attempt.verdict is None
     keys.init(home(), "correct horse", "Bob", "Grace", "battery staple")
     qa = keys.unlock(home(), "qa", "battery staple")
-    golden.resolve(store, "the probe was loose", Signer(qa.key, qa.certificate))
+    golden.resolve(store, "the probe was loose", lambda: Signer(qa.key, qa.certificate))
     assert judge_whole_unit(session).verdict == "accepted"
 
 

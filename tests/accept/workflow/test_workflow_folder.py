@@ -162,8 +162,8 @@ def test_notes_and_reasons_reach_the_certificate(store):
     )  # judged again from its own attachments, notes included
     session.close()
     assert report.valid
-    assert "stroke: measured again: gauge was loose" in result.notes
-    assert "flatness: NONCONFORMANCE: scratch on the shell (Ann)" in result.notes
+    assert 'stroke: typed note: "measured again: gauge was loose"' in result.notes
+    assert 'flatness: typed note: "NONCONFORMANCE: scratch on the shell (Ann)"' in result.notes
 
 
 def test_a_note_after_the_signature_asks_for_a_new_one(store):

@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import UnitRecord, typed_note
 from accept.judging.advice import ADVICE
 from accept.store.folding import Signature
 from accept.store.payloads import CHOICES, RecordRefused
@@ -113,10 +113,9 @@ class TestResult:
         assert "→ sign; " not in signed.detail
 
     def test_notes_of_people_come_first(self):
-        facts = replace(
-            ACCEPTED, result=result(notes=("stroke: of the program", "stroke: ours")), own_notes={"stroke: ours"}
-        )
-        assert SummaryDialogue(facts).detail.splitlines()[-2:] == ["Stroke: ours", "Stroke: of the program"]
+        facts = replace(ACCEPTED, result=result(notes=("stroke: of the program", typed_note("stroke", "ours"))))
+        shown = ['Stroke: typed note: "ours"', "Stroke: of the program"]
+        assert SummaryDialogue(facts).detail.splitlines()[-2:] == shown
 
     def test_a_judgement_that_failed_is_not_called_a_result(self):
         failed = dialogue.not_judged(SummaryDialogue(OPEN))
