@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from hw.errors import Implausible, InstrumentError, SettingsError
@@ -20,21 +19,16 @@ FOLDER = "readings"
 
 
 class Journal:
-    """An open journal of a run; a context manager. Each line holds a purpose, a reading and its raw bytes."""
+    """An open journal of a run. Each line holds a purpose, a reading and its raw bytes."""
 
     def __init__(self, unit_folder: Path, section: str) -> None:
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S%f")
         self.path = unit_folder / FOLDER / f"{section}-{stamp}.jsonl"
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = open(self.path, "xb")  # noqa: SIM115 - closed by __exit__
+        self._file = open(self.path, "xb")  # noqa: SIM115 - closed by `close`
         self.lines: list[dict[str, Any]] = []
 
-    def __enter__(self) -> "Journal":
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
         self._file.close()
 
     def keep(self, what: str, reading: Reading, sync: bool = True) -> Reading:

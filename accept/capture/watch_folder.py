@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from accept.store import Store
@@ -19,13 +18,7 @@ SUFFIXES = (".mat", ".csv", ".uff", ".tdms")
 STABLE_S = 2.0  # a file that is still written grows or is touched within that time
 
 
-@dataclass(frozen=True)
-class FileState:
-    """The size and time of a file, and since when [s] it has them."""
-
-    size: int
-    mtime_ns: int
-    since: float
+FileState = tuple[Path, int, int]  # a file, with its size and time [ns]
 
 
 class WatchedFolder:
@@ -40,25 +33,20 @@ class WatchedFolder:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.folder, self._stable_s, self._clock = folder, stable_s, clock
-        self._seen: dict[Path, FileState] = {}
-        self._offered: set[tuple[Path, int, int]] = set() if old_too else set(self._files())
+        self._seen: dict[FileState, float] = {}  # since when [s] each file is as it is
+        self._offered: set[FileState] = set() if old_too else set(self._files())
         self.not_offered = sorted(path.name for path, _, _ in self._offered)
 
     def stable(self) -> list[Path]:
         """Return files that stopped changing, each once; one that changes later is offered again. Raises OSError."""
-        now, found = self._clock(), []
-        there = list(self._files())
-        for path, size, mtime in there:
-            before = self._seen.get(path)
-            if before is None or (before.size, before.mtime_ns) != (size, mtime):
-                self._seen[path] = FileState(size, mtime, now)
-            elif now - before.since >= self._stable_s and (path, size, mtime) not in self._offered:
-                self._offered.add((path, size, mtime))
-                found.append(path)
-        self._seen = {path: self._seen[path] for path, _, _ in there}
-        return sorted(found)
+        now, before = self._clock(), self._seen
+        self._seen = {file: before.get(file, now) for file in self._files()}
+        still = {file for file, since in self._seen.items() if file in before and now - since >= self._stable_s}
+        found = still - self._offered
+        self._offered |= found
+        return sorted(path for path, _, _ in found)
 
-    def _files(self) -> list[tuple[Path, int, int]]:
+    def _files(self) -> list[FileState]:
         found = []
         for path in sorted(self.folder.iterdir()):
             if path.suffix.lower() in SUFFIXES and not path.name.startswith("."):

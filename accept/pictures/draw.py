@@ -61,26 +61,23 @@ def picture(
     """Return the bytes that `draw` writes. dots: per inch, of a PNG."""
     if format not in _CANVAS:
         raise PictureError(f"pictures are written as {', '.join(FORMATS)}, not as '{format}'")
-    if not panels:
-        raise PictureError("there is nothing to draw: no panels")
     buffer = io.BytesIO()
     with mpl.rc_context():
         mpl.rcParams.update(settings())
-        figure = _figure(panels, size_mm, columns or min(len(panels), 3))
+        figure = figure_of(panels, columns, size_mm)
         figure.set_dpi(dots)
         canvas: Any = _CANVAS[format](figure)
         getattr(canvas, f"print_{format}")(buffer, metadata=_METADATA[format])
     return buffer.getvalue()
 
 
-def figure_of(panels: Sequence[Panel], columns: int | None = None) -> Figure:
+def figure_of(
+    panels: Sequence[Panel], columns: int | None = None, size_mm: tuple[float, float] | None = None
+) -> Figure:
     """Return a matplotlib figure of panels, for a script to change. Raises PictureError without panels."""
     if not panels:
         raise PictureError("there is nothing to draw: no panels")
-    return _figure(panels, None, columns or min(len(panels), 3))
-
-
-def _figure(panels: Sequence[Panel], size_mm: tuple[float, float] | None, columns: int) -> Figure:
+    columns = columns or min(len(panels), 3)
     rows = math.ceil(len(panels) / columns)
     width, height = size_mm or (PANEL_SIZE[0] * columns, PANEL_SIZE[1] * rows)
     figure = Figure(figsize=(width / _INCH, height / _INCH), dpi=_PNG_DPI)

@@ -15,6 +15,7 @@ import numpy as np
 from accept.pictures.blocks import Table
 from accept.pictures.colours import MAP_STEPS, colour
 from accept.pictures.formats import PictureError
+from accept.pictures.scale import runs
 from accept.pictures.words import pretty
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span
@@ -168,8 +169,6 @@ def _draw(figure: Any, item: object, nth: int, row: int) -> None:
         case Heights():
             dots = {"color": item.z, "colorscale": "Cividis", "size": 12, "showscale": True}
             figure.add_scatter(x=item.x, y=item.y, mode="markers", marker=dots, showlegend=False, **at)
-        case _:
-            return
 
 
 def _short(values: Array) -> Array:
@@ -179,12 +178,10 @@ def _short(values: Array) -> Array:
 
 def _outline(band: Band) -> tuple[Array, Array]:
     """Return the outline around every stretch without NaN, there and back."""
-    good = np.isfinite(np.stack([band.x, band.lo, band.hi])).all(axis=0)
-    ends = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0))
     x, y = [np.empty(0)], [np.empty(0)]
-    for a, b in zip(ends[::2], ends[1::2], strict=True):
-        x += [band.x[a:b], band.x[a:b][::-1], np.array([np.nan])]
-        y += [band.hi[a:b], band.lo[a:b][::-1], np.array([np.nan])]
+    for part in runs(band.x, band.lo, band.hi):
+        x += [band.x[part], band.x[part][::-1], np.array([np.nan])]
+        y += [band.hi[part], band.lo[part][::-1], np.array([np.nan])]
     return np.concatenate(x), np.concatenate(y)
 
 

@@ -16,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import AutoLocator, FuncFormatter, LogLocator, MaxNLocator, MultipleLocator, NullLocator
 from matplotlib.transforms import Bbox
 
-from accept.pictures.colours import INK, colour
+from accept.pictures.colours import INK, tinted
 from accept.pictures.style import MAP
 from accept.pictures.words import number, pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span, Text
@@ -59,10 +59,9 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
         axes.set_xscale("log")
     if panel.y_log:
         axes.set_yscale("log")
-    counter = _Series()
     # Zones without an end and labels of marks go by the limits, so by everything else: they come last.
-    for item in sorted(panel.items, key=lambda i: isinstance(i, Span | Mark)):
-        _DRAWERS[type(item)](axes, item, counter)
+    for item, tint, again in tinted(panel.items):
+        _DRAWERS[type(item)](axes, item, tint, again)
     _labels(axes, panel)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
@@ -100,25 +99,12 @@ def _labels(axes: Axes, panel: Panel) -> None:
         put(words, fontsize=min(size, room / (_EM_PER_LETTER * max(len(words), 1))))
 
 
-class _Series:
-    """Counts the curves without a role of their own, so that each takes the next colour."""
-
-    def __init__(self) -> None:
-        self.nth = 0
-
-    def colour(self, role: str) -> str:
-        chosen = colour(role, self.nth)
-        self.nth += role == "auto"
-        return chosen
-
-
-def _line(axes: Axes, item: Line, series: _Series) -> None:
-    again = item.role == "auto" and series.nth >= 3  # colours this far on are too close in grey: dash them
+def _line(axes: Axes, item: Line, tint: str, again: bool) -> None:
     dash = (0, (2, 1)) if again and item.style == "solid" else _DASH[item.style]
     axes.plot(
         item.x,
         item.y,
-        color=series.colour(item.role),
+        color=tint,
         linestyle=dash,
         marker="o" if item.style == "points" else None,
         markeredgewidth=0.0,
@@ -128,26 +114,24 @@ def _line(axes: Axes, item: Line, series: _Series) -> None:
     )
 
 
-def _band(axes: Axes, item: Band, series: _Series) -> None:
-    tint = series.colour(item.role)
+def _band(axes: Axes, item: Band, tint: str, again: bool) -> None:  # noqa: ARG001
     axes.fill_between(
         item.x, item.lo, item.hi, color=tint, alpha=0.35, linewidth=0, label=pretty(item.label) or None, zorder=1
     )
 
 
-def _span(axes: Axes, item: Span, series: _Series) -> None:
+def _span(axes: Axes, item: Span, tint: str, again: bool) -> None:  # noqa: ARG001
     shade = axes.axvspan if item.axis == "x" else axes.axhspan
     edge = axes.get_xlim() if item.axis == "x" else axes.get_ylim()  # a one-sided zone ends where the drawing ends
     low = item.lo if np.isfinite(item.lo) else min(edge)
     high = item.hi if np.isfinite(item.hi) else max(edge)
-    tint = series.colour(item.role)
     shade(low, high, color=tint, alpha=0.28, linewidth=0, label=pretty(item.label) or None, zorder=0.5)
 
 
-def _mark(axes: Axes, item: Mark, series: _Series) -> None:
+def _mark(axes: Axes, item: Mark, tint: str, again: bool) -> None:  # noqa: ARG001
     across = item.axis == "y"
     rule = axes.axhline if across else axes.axvline
-    rule(item.at, color=series.colour(item.role), linestyle=(0, (5, 2)), linewidth=0.8, zorder=2.5)
+    rule(item.at, color=tint, linestyle=(0, (5, 2)), linewidth=0.8, zorder=2.5)
     if item.label:
         _mark_label(axes, item, across)
 
@@ -168,20 +152,20 @@ def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
     axes.annotate(pretty(item.label), xycoords=transform, textcoords="offset points", **place, **style)
 
 
-def _text(axes: Axes, item: Text, series: _Series) -> None:
+def _text(axes: Axes, item: Text, tint: str, again: bool) -> None:  # noqa: ARG001
     axes.annotate(
         pretty(item.words),
         (item.x, item.y),
         xytext=(2, 2),
         textcoords="offset points",
         fontsize=5.8,
-        color=series.colour(item.role),
+        color=tint,
         path_effects=_HALO,
         zorder=5,
     )
 
 
-def _heights(axes: Axes, item: Heights, _: _Series) -> None:
+def _heights(axes: Axes, item: Heights, tint: str, again: bool) -> None:  # noqa: ARG001
     """Draw numbered dots; the height is written outside, away from the other dots."""
     dots = axes.scatter(item.x, item.y, c=item.z, cmap=MAP, s=64, edgecolors=INK, linewidths=0.5, zorder=3)
     spread = float(np.ptp(item.z)) if len(item.z) else 0.0
@@ -195,7 +179,7 @@ def _heights(axes: Axes, item: Heights, _: _Series) -> None:
     _colour_bar(axes, dots, item.label)
 
 
-def _image(axes: Axes, item: Image, _: _Series) -> None:
+def _image(axes: Axes, item: Image, tint: str, again: bool) -> None:  # noqa: ARG001
     mesh = axes.pcolormesh(item.x, item.y, item.z, cmap=MAP, shading="nearest", rasterized=True)
     axes.grid(False)
     _colour_bar(axes, mesh, item.label)
@@ -250,7 +234,7 @@ def _crosses(line: Line2D, box: Bbox) -> bool:
     return path.intersects_bbox(box, filled=False)
 
 
-_DRAWERS: dict[type, Callable[[Axes, Any, _Series], None]] = {
+_DRAWERS: dict[type, Callable[[Axes, Any, str, bool], None]] = {
     Line: _line,
     Band: _band,
     Span: _span,

@@ -1,13 +1,14 @@
 """Panels reduced to the resolution of a printed picture, so that they can be attached to a certificate."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from checks.arrays import Array
-from checks.picture import Band, Heights, Image, Item, Line, Panel
+from checks.picture import Band, Image, Item, Line, Panel
 
 POINTS = 800  # a certificate's panel is 55 mm wide: 15 points per millimetre
 _DIGITS = 7  # of a number in a picture: more than print resolves
@@ -22,21 +23,16 @@ def reduce_panel(panel: Panel) -> Panel:
 def _item(item: Item) -> Item:
     if isinstance(item, Line):
         keep = _keep_extremes(item.y, item.y)
-        return replace(item, x=_round_values(item.x[keep]), y=_round_values(item.y[keep]))
-    if isinstance(item, Band):
+        item = replace(item, x=item.x[keep], y=item.y[keep])
+    elif isinstance(item, Band):
         keep = _keep_extremes(item.lo, item.hi)
-        return replace(
-            item, x=_round_values(item.x[keep]), lo=_round_values(item.lo[keep]), hi=_round_values(item.hi[keep])
-        )
-    if isinstance(item, Heights):
-        return replace(item, x=_round_values(item.x), y=_round_values(item.y), z=_round_values(item.z))
-    if isinstance(item, Image):
-        z = np.asarray(item.z)
-        rows, columns = (slice(None, None, -(-n // _PIXELS)) for n in z.shape)
-        return replace(
-            item, x=_round_values(item.x[columns]), y=_round_values(item.y[rows]), z=_round_values(z[rows, columns])
-        )
-    return item
+        item = replace(item, x=item.x[keep], lo=item.lo[keep], hi=item.hi[keep])
+    elif isinstance(item, Image):
+        rows, columns = (slice(None, None, -(-n // _PIXELS)) for n in item.z.shape)
+        item = replace(item, x=item.x[columns], y=item.y[rows], z=item.z[rows, columns])
+    values = {field.name: getattr(item, field.name) for field in fields(item)}
+    fewer: dict[str, Any] = {name: _round_values(v) for name, v in values.items() if isinstance(v, np.ndarray)}
+    return replace(item, **fewer)
 
 
 def _keep_extremes(low: Array, high: Array) -> NDArray[np.int64]:

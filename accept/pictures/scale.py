@@ -1,7 +1,7 @@
 """The scale of an axis of a panel: its limits, the position of values along it, and its ticks."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,9 +93,8 @@ def _words(values: Sequence[float], step: float) -> list[str]:
 
 def scales(panel: Panel, wide: float, tall: float) -> tuple[Scale, Scale]:
     """Return the scales of both axes of a panel whose axes are `wide` and `tall`, in one unit."""
-    y_extent = panel.y_range or _extent(panel.items, "y", panel.y_log)
     x_lo, x_hi = panel.x_range or _extent(panel.items, "x", panel.x_log)
-    y_lo, y_hi = y_extent
+    y_lo, y_hi = panel.y_range or _extent(panel.items, "y", panel.y_log)
     if panel.equal:
         grown = max((x_hi - x_lo) / wide, (y_hi - y_lo) / tall)
         x_lo, x_hi = _about((x_lo + x_hi) / 2, grown * wide)
@@ -153,3 +152,10 @@ def edges(centres: Array) -> Array:
         return np.array([x[0] - 0.5, x[0] + 0.5]) if x.size else x
     inner = (x[:-1] + x[1:]) / 2
     return np.concatenate([[2 * x[0] - inner[0]], inner, [2 * x[-1] - inner[-1]]])
+
+
+def runs(*values: Array) -> Iterator[slice]:
+    """Yield stretches in which every one of the values (N,) is a number."""
+    good = np.isfinite(np.stack(values)).all(axis=0)
+    steps = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0))
+    yield from (slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True))

@@ -14,17 +14,8 @@ class Tone(Enum):
     BAD = "bold red", VERMILION, "#b04a00"
     OPEN = "magenta", GREY, INK
 
-    @property
-    def style(self) -> str:
-        return self.value[0]
-
-    @property
-    def fill(self) -> str:
-        return self.value[1]
-
-    @property
-    def ink(self) -> str:
-        return self.value[2]
+    def __init__(self, style: str, fill: str, ink: str) -> None:
+        self.style, self.fill, self.ink = style, fill, ink
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,15 @@ from accept.pictures.colours import GREY, GRID, INK
 
 MAP = "cividis"  # monotone in lightness ([NUNEZ18])
 
+_TICKS: dict[str, Any] = {  # of both axes
+    "labelsize": 6.0,
+    "color": GREY,
+    "labelcolor": INK,
+    "major.size": 2.0,
+    "major.width": 0.5,
+    "minor.size": 0.0,
+    "major.pad": 2.0,
+}
 _OURS: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],
     "font.size": 6.5,
@@ -28,20 +37,7 @@ _OURS: dict[str, Any] = {
     "axes.formatter.useoffset": False,
     "grid.color": GRID,
     "grid.linewidth": 0.5,
-    "xtick.labelsize": 6.0,
-    "ytick.labelsize": 6.0,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.major.size": 2.0,
-    "ytick.major.size": 2.0,
-    "xtick.major.width": 0.5,
-    "ytick.major.width": 0.5,
-    "xtick.minor.size": 0.0,
-    "ytick.minor.size": 0.0,
-    "xtick.major.pad": 2.0,
-    "ytick.major.pad": 2.0,
+    **{f"{axis}tick.{part}": value for axis in "xy" for part, value in _TICKS.items()},
     "lines.linewidth": 0.9,
     "lines.markersize": 2.5,
     "legend.fontsize": 5.8,

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -52,27 +53,9 @@ def _warp(figures: Figures) -> Figures:
     return replace(figures, heights_um=heights(np.random.default_rng(14), 14.0))
 
 
-def _small_stacks(figures: Figures) -> Figures:
-    """Return APA 3 of [STB] 2.2: as if the stacks were half the size."""
-    return replace(figures, sensor_uF=1.72, actuator_uF=5.18)
-
-
-def _soft(figures: Figures) -> Figures:
-    return replace(figures, k_closed_N_per_um=1.45, k_open_N_per_um=1.96)
-
-
 def _soft_shell(figures: Figures) -> Figures:
     x, y, axial, torsion = figures.modes_Hz
     return replace(figures, modes_Hz=(0.86 * x, y, axial, torsion))
-
-
-def _lossy(figures: Figures) -> Figures:
-    return replace(figures, loop=0.24)
-
-
-def _of_responses(change: Callable[[Columns], Columns]) -> Callable[[str, Columns], Columns]:
-    """Return the change for every record of frequency responses; other records stay."""
-    return lambda stem, columns: columns | change(columns) if stem.startswith("frf_") else columns
 
 
 def _turn(c: Columns) -> Columns:
@@ -104,18 +87,36 @@ def _silent(c: Columns) -> Columns:
 
 
 _NO_FRF = (("axial_resonance_Hz", "no_result"),)
+
+
+def _at_rig(words: str, kinds: tuple[str, ...], change: Callable[[Columns], Columns], remedy: str) -> UnitFault:
+    """Return a fault of the rig, which changes every record of frequency responses; other records stay."""
+
+    def spoil(stem: str, columns: Columns) -> Columns:
+        return columns | change(columns) if stem.startswith("frf_") else columns
+
+    return UnitFault(words, kinds, _NO_FRF, spoil=spoil, remedy=Remedy(remedy))
+
+
 FAULTS: Mapping[str, UnitFault] = {
     "flatness": UnitFault("interfaces out of plane by 14 um", ("apa",), (("flatness_um", "fail"),), figures=_warp),
     "capacitance": UnitFault(
         "stacks of a third of their capacitance, as APA 3 of the published seven",
         ("apa",),
         (("sensor_uF", "fail"), ("actuator_uF", "fail"), ("sensor_highpass_Hz", "fail")),
-        figures=_small_stacks,
+        figures=partial(replace, sensor_uF=1.72, actuator_uF=5.18),  # [STB] 2.2: as if they were half the size
     ),
     "dead_stack": UnitFault("one stack does not move", ("apa",), (("stroke_um", "fail"),), figures=dead_stack),
-    "soft": UnitFault("shell too soft along its axis", ("apa",), (("k_closed_N_per_um", "fail"),), figures=_soft),
+    "soft": UnitFault(
+        "shell too soft along its axis",
+        ("apa",),
+        (("k_closed_N_per_um", "fail"),),
+        figures=partial(replace, k_closed_N_per_um=1.45, k_open_N_per_um=1.96),
+    ),
     "soft_bending": UnitFault("shell too soft in bending", ("apa",), (("x_bending_Hz", "fail"),), figures=_soft_shell),
-    "hysteresis": UnitFault("loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=_lossy),
+    "hysteresis": UnitFault(
+        "loops of 24 %", ("apa",), (("hysteresis_percent", "fail"),), figures=partial(replace, loop=0.24)
+    ),
     "double_hit": UnitFault(
         "the hammer bounces in the x-bending record",
         ("apa",),
@@ -131,48 +132,26 @@ FAULTS: Mapping[str, UnitFault] = {
         unexplained=(("axial_resonance_Hz", "fail"),),  # an APA's stiffness by the added mass tells of it
         remedy=Remedy("put the payload that was stated on the bench"),
     ),
-    "polarity": UnitFault(
-        "Vs is reversed",
-        KINDS,
-        _NO_FRF,
-        spoil=_of_responses(_turn),
-        remedy=Remedy("reverse the connection of sensor stack Vs"),
+    "polarity": _at_rig("Vs is reversed", KINDS, _turn, "reverse the connection of sensor stack Vs"),
+    "exchanged": _at_rig(
+        "de and da exchanged", ("strut",), _exchange, "exchange the plugs of encoder de and interferometer da"
     ),
-    "exchanged": UnitFault(
-        "de and da exchanged",
-        ("strut",),
-        _NO_FRF,
-        spoil=_of_responses(_exchange),
-        remedy=Remedy("exchange the plugs of encoder de and interferometer da"),
-    ),
-    "offset": UnitFault(
+    "offset": _at_rig(
         "de is stored three samples late",
         WITH_ENCODER,
-        _NO_FRF,
-        spoil=_of_responses(_late),
-        remedy=Remedy("correct the acquisition settings, by which encoder de is stored with an offset"),
+        _late,
+        "correct the acquisition settings, by which encoder de is stored with an offset",
     ),
-    "dead_encoder": UnitFault(
-        "de stands still but for its last digit",
-        WITH_ENCODER,
-        _NO_FRF,
-        spoil=_of_responses(_dead),
-        remedy=Remedy("check plug and supply of encoder de"),
+    "dead_encoder": _at_rig(
+        "de stands still but for its last digit", WITH_ENCODER, _dead, "check plug and supply of encoder de"
     ),
-    "dead_sensor": UnitFault(
+    "dead_sensor": _at_rig(
         "Vs is noise alone",
         ("strut-plates",),  # to the others it would deal out other faults by the seeds of their trainings
-        _NO_FRF,
-        spoil=_of_responses(_silent),
-        remedy=Remedy("check the plug of sensor stack Vs"),
+        _silent,
+        "check the plug of sensor stack Vs",
     ),
-    "clipped": UnitFault(
-        "Vs leaves the converter's range",
-        KINDS,
-        _NO_FRF,
-        spoil=_of_responses(_clip),
-        remedy=Remedy("set the range of sensor stack Vs higher"),
-    ),
+    "clipped": _at_rig("Vs leaves the converter's range", KINDS, _clip, "set the range of sensor stack Vs higher"),
     "truncated": UnitFault(
         "the high record ends in the middle of the file",
         KINDS,

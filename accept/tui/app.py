@@ -207,7 +207,6 @@ class BenchApp(InOrder):
         return ""
 
     async def is_serial(self, text: str) -> bool:
-        """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
         return self.bench is not None and await asyncio.to_thread(self.bench.is_serial, text)
 
     def may_be_secret(self, text: str) -> bool:

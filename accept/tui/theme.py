@@ -6,6 +6,7 @@ has a contrast of 4.5 to its background or more.
 
 import os
 from dataclasses import replace
+from typing import Any
 
 from rich.segment import Segment
 from rich.style import Style
@@ -16,54 +17,35 @@ from textual.theme import Theme
 
 DARK, LIGHT = "accept-dark", "accept-light"
 
-THEMES = (
-    Theme(
-        name=DARK,
-        dark=True,
-        primary="#6cb6ff",
-        secondary="#8fa3bf",
-        accent="#f0b450",
-        success="#4cc38a",
-        warning="#f0b450",
-        error="#ff8a6b",
-        foreground="#dfe6ef",
-        background="#10151d",
-        surface="#171e29",
-        panel="#1f2937",
-        variables={
-            "footer-background": "#171e29",
-            "footer-key-foreground": "#f0b450",
-            "footer-description-foreground": "#a9b6c8",
-            "input-selection-background": "#6cb6ff 35%",
-            "block-cursor-background": "#2b4a6f",
-            "block-cursor-foreground": "#ffffff",
-            "block-cursor-blurred-background": "#26344a",
-        },
-    ),
-    Theme(
-        name=LIGHT,
-        dark=False,
-        primary="#0060a8",
-        secondary="#4a5a70",
-        accent="#8a5300",
-        success="#00694c",
-        warning="#8a5300",
-        error="#a83a00",
-        foreground="#1c2430",
-        background="#fbfcfd",
-        surface="#f0f3f6",
-        panel="#e2e8ee",
-        variables={
-            "footer-background": "#e2e8ee",
-            "footer-key-foreground": "#8a5300",
-            "footer-description-foreground": "#3c4a5c",
-            "input-selection-background": "#0060a8 25%",
-            "block-cursor-background": "#c4dcf2",
-            "block-cursor-foreground": "#0b1a2b",
-            "block-cursor-blurred-background": "#d8e4ef",
-        },
-    ),
-)
+_COLOURS = {  # on dark, on light
+    "primary": ("#6cb6ff", "#0060a8"),
+    "secondary": ("#8fa3bf", "#4a5a70"),
+    "accent": ("#f0b450", "#8a5300"),
+    "success": ("#4cc38a", "#00694c"),
+    "warning": ("#f0b450", "#8a5300"),
+    "error": ("#ff8a6b", "#a83a00"),
+    "foreground": ("#dfe6ef", "#1c2430"),
+    "background": ("#10151d", "#fbfcfd"),
+    "surface": ("#171e29", "#f0f3f6"),
+    "panel": ("#1f2937", "#e2e8ee"),
+}
+_VARIABLES = {
+    "footer-background": ("#171e29", "#e2e8ee"),
+    "footer-key-foreground": ("#f0b450", "#8a5300"),
+    "footer-description-foreground": ("#a9b6c8", "#3c4a5c"),
+    "input-selection-background": ("#6cb6ff 35%", "#0060a8 25%"),
+    "block-cursor-background": ("#2b4a6f", "#c4dcf2"),
+    "block-cursor-foreground": ("#ffffff", "#0b1a2b"),
+    "block-cursor-blurred-background": ("#26344a", "#d8e4ef"),
+}
+
+
+def _theme(name: str, at: int) -> Theme:
+    colours: dict[str, Any] = {part: both[at] for part, both in _COLOURS.items()}
+    return Theme(name, dark=name == DARK, variables={part: both[at] for part, both in _VARIABLES.items()}, **colours)
+
+
+THEMES = (_theme(DARK, 0), _theme(LIGHT, 1))
 
 
 def _rgb(*colours: str) -> list[tuple[int, int, int]]:

@@ -12,7 +12,7 @@ from accept.store.payloads import AttemptStarted, RunOpened
 from accept.units.unit_folder import UnitFolder
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.parse_entry import is_described, serial_problem
-from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.instruments.port import Instruments
 from accept.workflow.ports import Services
 from accept.workflow.session import Session
 from accept.workflow.session.import_folder import adopt
@@ -49,7 +49,7 @@ class Workbench:
     home: Path
     specs: Mapping[str, Spec]
     services: Services
-    instruments: Instruments = field(default_factory=NoInstruments)
+    instruments: Instruments = field(default_factory=Instruments)
     records: Path = field(default_factory=Path.cwd)
     training: "Exercise | None" = None
     proposed: str = ""

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -52,7 +53,7 @@ def capture(
         return _record(session, step, instrument, actions, say, stopped or threading.Event())
     given = {name: one.value for name, one in _typed(session, step).items()} | dict(known or {})
     driver = instrument.driver
-    with Journal(journal_in or session.folder, step) as journal:
+    with closing(Journal(journal_in or session.folder, step)) as journal:
         loop = ReadingLoop(driver, journal, say, stopped)
         try:
             with instrument.mutex:

@@ -111,7 +111,7 @@ class Signing:
 
     def keys(self, role: str) -> BenchKeys:
         return BenchKeys(
-            key_problem(self._session.home, role, self._session.operator),
+            key_problem(self._session.home, self._session.operator, role),
             keys.exist(self._session.home),
             self._replaces,
         )
@@ -195,7 +195,7 @@ class Signing:
         return _verify(self._session, read_certificate(path), credential)
 
 
-def key_problem(home: Path, role: str, operator: str) -> str:
+def key_problem(home: Path, operator: str, role: str = TECHNICIAN) -> str:
     """Return why this operator cannot sign in a role with the keys at this bench, and what to do; "" if nothing is
     known against it, or the bench has no keys yet."""
     if not keys.exist(home):

@@ -13,10 +13,9 @@ from accept.units.unit_folder import UnitError
 from accept.workflow.bench import Workbench
 from accept.workflow.capture import capture
 from accept.workflow.certify import Signing, key_problem
-from accept.workflow.dialogue.summary import TECHNICIAN
 from accept.workflow.entry.passphrase_guard import refuse_passphrases
 from accept.workflow.instruments.hardware import BenchInstruments
-from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.instruments.port import Instruments
 from accept.workflow.ports import Talk
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
@@ -34,10 +33,7 @@ class BenchServices(WorkerProcess):
     open_session = staticmethod(open_session)
     refuse_passphrases = staticmethod(refuse_passphrases)
     signing = staticmethod(Signing)
-
-    @staticmethod
-    def key_problem(home: Path, operator: str) -> str:
-        return key_problem(home, TECHNICIAN, operator)
+    key_problem = staticmethod(key_problem)
 
     def computation(self, session: Session, say: Callable[[str], None] = lambda _: None) -> Elsewhere:
         return Elsewhere(self, session, say)
@@ -64,7 +60,7 @@ def open_bench(
         problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
         raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
     stated = load_bench(bench_file) if bench_file else None
-    instruments = BenchInstruments(stated) if stated else NoInstruments()
+    instruments = BenchInstruments(stated) if stated else Instruments()
     return Workbench(
         open_store(timeout_s=LOCK_WAIT_S),
         home(),

@@ -109,7 +109,6 @@ class TrainingUnit:
 
     @property
     def hidden(self) -> str:
-        """Return what was wrong, and what the technician made of it."""
         words, fault = hidden_words(self._asked.fault, self._asked.kind), self._asked.fault
         if fault is None or FAULTS[fault].remedy is None:
             return words
@@ -187,7 +186,7 @@ class TrainingBench(Workbench):
         if number == begun.serial:
             refuse_passphrases(self.home, [number])
         seed = int(number) if number.isdecimal() and number != begun.serial else zlib.crc32(begun.serial.encode())
-        request, _ = training_request(begun.kind, begun.serial, seed)
+        request = training_request(begun.kind, begun.serial, seed)
         unit = TrainingUnit(request, self.home / "records" / begun.serial)
         taught = unit_folder.read(unit.folder)
         world = world_of(unit.folder)
@@ -221,8 +220,8 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
     )
 
 
-def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, str]:
-    """Return a unit with one of the faults that its kind can have, or with none, and the words that describe it."""
+def training_request(kind: str, serial: str, seed: int) -> UnitRequest:
+    """Return a unit with one of the faults that its kind can have, or with none."""
     rng = random.Random(seed)
     possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
     fault = rng.choice(possible)
@@ -231,8 +230,7 @@ def training_request(kind: str, serial: str, seed: int) -> tuple[UnitRequest, st
     nominal = open_model(SIMULATED_MODEL[kind])
     payload = {"bench.payload_kg": nominal.values["bench.payload_kg"]}  # a bench has one, which the spec states
     model = on_bench(drawn(nominal, seed, most).with_values(payload), kind)
-    request = UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
-    return request, hidden_words(fault, kind)
+    return UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
 
 
 def hidden_words(fault: str | None, kind: str) -> str:

@@ -107,8 +107,6 @@ def _points(area: Area, items: Sequence[Item]) -> tuple[Array, Array]:
                 else:
                     xs.append(area.right - 0.015 * area.width - along)
                     ys.append(np.full(along.size, float(area.y_of(item.at)) + 4.0))
-            case _:
-                pass
     return np.concatenate(xs), np.concatenate(ys)
 
 

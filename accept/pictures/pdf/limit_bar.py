@@ -10,7 +10,6 @@ from reportlab.lib.colors import HexColor
 from accept.pictures.pdf.page_style import FINDING_SIGNS, INK_COLOUR, PALE_COLOUR, ZEBRA
 
 ZONE = HexColor("#cfe3ee")  # inside the limits, and of a guarded limit what U leaves of it
-GUARD = PALE_COLOUR
 
 
 def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawing:
@@ -49,7 +48,7 @@ def _zone(drawing: Drawing, finding: Mapping[str, Any], U: float, at: Any, middl
     left = at(-math.inf if lower is None else lower)
     right = at(math.inf if upper is None else upper)
     guarded = finding["rule"] == "guarded" and U > 0
-    drawing.add(Rect(left, middle - 3, right - left, 6, fillColor=GUARD if guarded else ZONE, strokeColor=None))
+    drawing.add(Rect(left, middle - 3, right - left, 6, fillColor=PALE_COLOUR if guarded else ZONE, strokeColor=None))
     if guarded:
         inner = (
             left if lower is None else at(lower + U),

@@ -1,9 +1,5 @@
-"""Pictures in a flow of text, beside or below each other, drawn onto the page as vectors at their final position.
-
-A panel drawn straight onto a page, as vectors: axes, ticks, words and items.
-
-The look is that of `accept.pictures`, which draws panels into files of their own.
-"""
+"""Panels drawn straight onto a page, as vectors, and in a flow of text, beside or below each other. The look is that of
+`accept.pictures`, which draws panels into files of their own."""
 
 import io
 import math
@@ -20,12 +16,12 @@ from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable
 
-from accept.pictures.colours import GREY, GRID, INK, MAP_STEPS, colour
+from accept.pictures.colours import GREY, GRID, INK, MAP_STEPS, tinted
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size
 from accept.pictures.pdf.legend import LegendEntry, legend
-from accept.pictures.pdf.plot_area import Area, dots, polygon, polyline, runs
-from accept.pictures.scale import LARGEST, Scale, edges, scales
+from accept.pictures.pdf.plot_area import Area, dots, polygon, polyline
+from accept.pictures.scale import LARGEST, Scale, edges, runs, scales
 from accept.pictures.words import pretty
 from checks.arrays import Array
 from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, Span, Text
@@ -40,18 +36,13 @@ _BAR = 2.0 * mm
 
 def draw_items(area: Area, items: Sequence[Item]) -> list[LegendEntry]:
     """Draw the items of a panel, zones below curves below words, and return the entries of its legend."""
-    tinted, nth = [], 0
-    for item in sorted(items, key=lambda i: isinstance(i, Span | Mark)):  # as `accept.pictures` counts its colours
-        role = getattr(item, "role", "data")
-        again = role == "auto" and nth >= 3  # colours this far on are too close in grey: dash them
-        tinted.append((item, colour(role, nth), again))
-        nth += role == "auto"
-    tinted.sort(key=lambda one: _ORDER[type(one[0])] - (getattr(one[0], "role", "") in ("quiet", "before")))
-    for item, tint, again in tinted:
+    drawn = tinted(items)
+    drawn.sort(key=lambda one: _ORDER[type(one[0])] - (getattr(one[0], "role", "") in ("quiet", "before")))
+    for item, tint, again in drawn:
         area.canvas.saveState()
         _DRAWERS[type(item)](area, item, HexColor(tint), again)
         area.canvas.restoreState()
-    shown = [one for one in tinted if isinstance(one[0], Line | Band | Span) and one[0].label]
+    shown = [one for one in drawn if isinstance(one[0], Line | Band | Span) and one[0].label]
     order = {id(item): place for place, item in enumerate(items)}
     shown.sort(key=lambda one: order[id(one[0])])
     return [LegendEntry(pretty(item.label), _key_shape(item), tint, _dash(item, again)) for item, tint, again in shown]  # type: ignore[union-attr]
@@ -348,18 +339,13 @@ class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
         super().__init__()
         self.panels = panels
         self.columns = columns or len(panels)
-        self.size = (page_style.INNER, height_mm * mm)
+        self.width, self.height = page_style.INNER, height_mm * mm
         self.spaceBefore = space_above
 
-    def wrap(self, *_: float) -> tuple[float, float]:
-        """Return width and height [pt]."""
-        return self.size
-
     def draw(self) -> None:
-        """Draw every panel in its cell."""
-        width, height = self.size[0] / self.columns, self.size[1]
+        width = self.width / self.columns
         for nth, panel in enumerate(self.panels):
-            draw_panel(self.canv, panel, nth * width, 0.0, width, height)
+            draw_panel(self.canv, panel, nth * width, 0.0, width, self.height)
 
 
 LEGEND = 38.0 * mm  # beside the axes
@@ -373,18 +359,14 @@ class FigureStack(Flowable):  # type: ignore[misc]
     def __init__(self, panels: Sequence[Panel], heights_mm: Sequence[float]) -> None:
         super().__init__()
         self.panels, self.heights = panels, [h * mm for h in heights_mm]
-        self.size = (page_style.INNER, TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM)
-
-    def wrap(self, *_: float) -> tuple[float, float]:
-        """Return width and height [pt]."""
-        return self.size
+        self.width = page_style.INNER
+        self.height = TOP + sum(self.heights) + BETWEEN * (len(panels) - 1) + BOTTOM
 
     def draw(self) -> None:
-        """Draw every panel over the width, the first on top."""
-        top = self.size[1] - TOP
+        top = self.height - TOP
         for nth, (panel, height) in enumerate(zip(self.panels, self.heights, strict=True)):
             shown = panel if nth == 0 else replace(panel, title="")
             last = nth == len(self.panels) - 1
             room = Room(right=LEGEND, bottom=BOTTOM, top=TOP, x_words=last, legend_right=True)
-            draw_panel(self.canv, shown, 0.0, top - height - BOTTOM, self.size[0], height + BOTTOM + TOP, room)
+            draw_panel(self.canv, shown, 0.0, top - height - BOTTOM, self.width, height + BOTTOM + TOP, room)
             top -= height + BETWEEN

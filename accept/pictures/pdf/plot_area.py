@@ -1,6 +1,5 @@
 """The area within the axes of a panel on a page: from values to points of the page, and paths of many points."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from reportlab.pdfgen.pathobject import PDFPathObject
 from reportlab.pdfgen.textobject import PDFTextObject
 
 from accept.pictures.pdf.fonts import REGULAR
-from accept.pictures.scale import Scale
+from accept.pictures.scale import Scale, runs
 from checks.arrays import Array
 
 FAR = 10_000.0  # pt: points farther away are drawn there; viewers need not support larger numbers
@@ -31,12 +30,10 @@ class Area:
 
     @property
     def right(self) -> float:
-        """Return the right end of the axes [pt]."""
         return self.left + self.width
 
     @property
     def top(self) -> float:
-        """Return the upper end of the axes [pt]."""
         return self.bottom + self.height
 
     def x_of(self, values: Array | float) -> Array:
@@ -67,13 +64,6 @@ class Area:
             text.setTextRenderMode(0)
         text.textOut(words)
         self.canvas.drawText(text)
-
-
-def runs(*values: Array) -> Iterator[slice]:
-    """Yield stretches in which every one of the values (N,) is a number."""
-    good = np.isfinite(np.stack(values)).all(axis=0)
-    steps = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0))
-    yield from (slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True))
 
 
 def polyline(x: Array, y: Array) -> PDFPathObject:

@@ -38,14 +38,13 @@ def after(first: Callable[[], None], go_on: Then | None) -> Then:
     return both
 
 
-# Keys that move in a table, before Enter, however fast they come.
-MOVES: list[BindingType] = [
-    Binding(key, f"move({rows})", show=False, priority=True)
-    for key, rows in (("up", -1), ("down", 1), ("pageup", -10), ("pagedown", 10))
-]
-ENDS: list[BindingType] = [
-    Binding(key, f"to_row({row})", show=False, priority=True) for key, row in (("home", 0), ("end", -1))
-]  # a table's own go to the first and last column
+def _moves(**rows: int) -> list[BindingType]:
+    """Return keys that move in a table so many rows, before Enter, however fast they come."""
+    return [Binding(key, f"move({count})", show=False, priority=True) for key, count in rows.items()]
+
+
+MOVES = _moves(up=-1, down=1, pageup=-10, pagedown=10)
+ENDS = _moves(home=-1_000_000, end=1_000_000)  # a table's own go to the first and last column
 
 
 class KnowsPassphrases(Protocol):
@@ -59,6 +58,7 @@ class Working(Screen[T]):
     """Holds a `Label` with the id `status`: what is going on, what was stored, what went wrong."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("f1", "app.help", "Help")]
+    press: Callable[..., Turn[Any]]  # answers a key, in its dialogue
 
     def __init__(self) -> None:
         super().__init__()
@@ -126,6 +126,9 @@ class Working(Screen[T]):
     async def execute(self, effect: Any) -> None:
         """Do what a dialogue asks for."""
 
+    async def action_press(self, key: str) -> None:
+        await self.answer(self.press, key)
+
     @property
     def idle(self) -> bool:
         """Return whether nothing is running or waiting."""
@@ -172,14 +175,9 @@ class Working(Screen[T]):
         (self.stop or otherwise)()
 
     def action_move(self, rows: int) -> None:
-        """Move in the table."""
+        """Move in the table, to its first or last row at most."""
         table: Any = self.query("DataTable").last()
         table.move_cursor(row=max(0, min(table.cursor_row + rows, table.row_count - 1)))
-
-    def action_to_row(self, row: int) -> None:
-        """Move to the first or last row of the table."""
-        table: Any = self.query("DataTable").last()
-        table.move_cursor(row=row % max(1, table.row_count))
 
     def on_unmount(self) -> None:
         """Stop waiting for the answer, so that the program can end."""

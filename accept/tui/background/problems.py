@@ -4,7 +4,7 @@ import errno
 
 from accept.base.console import KNOWN_ERRORS
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.state.lock import UnitBusy
+from accept.workflow.session.unit import UnitBusy
 from accept.workflow.worker.not_done import NotDone
 from hw.errors import InstrumentError
 

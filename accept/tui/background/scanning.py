@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, cast
 
 from textual.events import Key
 
@@ -15,7 +15,6 @@ from accept.workflow.ports import Computation
 from accept.workflow.session import Session
 from accept.workflow.steps.unit_list import Queue
 
-T = TypeVar("T")
 SHORTEST = 3  # letters of a serial that begins a unit from another screen: a stray key does not
 _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
@@ -40,7 +39,7 @@ class OpensUnits(KnowsPassphrases, Protocol):
         """Return whether text is long enough for a passphrase and reads as no value."""
 
 
-class Scanning(Working[T]):
+class Scanning(Working[bool]):
     """Collects letters until Enter, as a scanner sends them."""
 
     _scan = ""
@@ -64,6 +63,11 @@ class Scanning(Working[T]):
     def bench_app(self) -> OpensUnits:
         """Return the application, which opens other units."""
         return cast(OpensUnits, self.app)
+
+    async def action_leave(self) -> None:
+        """Go back once all is saved; what takes long is stopped first."""
+        await self.saved()
+        self.stop_or(lambda: self.leave(False))
 
     def takes_scans(self) -> bool:
         """Return whether letters are a serial."""
@@ -98,10 +102,7 @@ class Scanning(Working[T]):
         """Return the letters that came just now, "" without."""
         return self._scan if time.monotonic() - self._last_letter < _FORGOTTEN_S else ""
 
-    async def action_take_scan(self) -> None:
-        await self.take_scan()
-
-    async def take_scan(self) -> bool:
+    async def action_take_scan(self) -> bool:
         """Go to the unit whose serial was scanned, or give the step a value that was typed. Returns whether there was
         anything."""
         text, confirmed = self.scan.strip(), self._asked_about

@@ -2,6 +2,7 @@
 
 import queue
 import threading
+from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,14 +12,44 @@ from textual.widgets import Static
 from accept.capture.reading_loop import CaptureStopped
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
-from accept.workflow.instruments.capture_log import CaptureLog, is_cue
 
 LOOK_S = 0.2  # between two looks whether the capture was stopped
+LAST = 3  # words that stay: hits come every second or two, and each of their verdicts is to be read
+
+
+def is_cue(words: str) -> bool:
+    """Return whether words ask for something to be done now: `hit now`, `put the mass on now`."""
+    return words.endswith("now")
+
+
+class CaptureLog:
+    """The cue stays until another one comes or a question is asked; of what was found, the last words stay."""
+
+    def __init__(self) -> None:
+        self._cue = ""
+        self._last: deque[str] = deque(maxlen=LAST)
+
+    def said(self, words: str) -> list[str]:
+        """Return what is shown after words were said: the cue first, the newest last."""
+        if is_cue(words):
+            self._cue = words
+        else:
+            self._last.append(words)
+        return self.lines
+
+    def answered(self) -> list[str]:
+        """Return what is shown while a question is asked, which is what is to be done now."""
+        self._cue = ""
+        return self.lines
+
+    @property
+    def lines(self) -> list[str]:
+        return [*([self._cue] if self._cue else []), *self._last]
 
 
 class CaptureDialogue:
-    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `stop` and `ended`
-    from the screen."""
+    """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `ended` from the
+    screen, which sets `stopped`."""
 
     def __init__(self, screen: Working[Any], title: str) -> None:
         self._screen, self._title, self.stopped = screen, title, threading.Event()
@@ -37,7 +68,7 @@ class CaptureDialogue:
                 continue
             if answer is not None:
                 return answer[0]
-            self.stop()
+            self.stopped.set()
         raise CaptureStopped("stopped; nothing was entered")
 
     def say(self, words: str) -> None:
@@ -49,9 +80,6 @@ class CaptureDialogue:
     def ended(self) -> None:
         """Take the words away: what became of the capture stands in the status line."""
         self._show(())
-
-    def stop(self) -> None:
-        self.stopped.set()
 
     def _show(self, lines: Sequence[str]) -> None:
         text = Text("\n".join(lines))

@@ -66,7 +66,7 @@ class Explain(Page):
 
     async def action_go_on(self) -> None:
         """Go on to what is next; what runs is waited for."""
-        if await self.take_scan():
+        if await self.action_take_scan():
             return
         if self.stop is not None:
             self.say("Analysis running. Esc: stop")
@@ -98,18 +98,13 @@ class Explain(Page):
         return f"{WORDS}\n\n{G_NOTE} The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
 
 
-def headline(found: Mapping[str, Any]) -> Text:
-    """Return the verdict in a few words, with mark and colour."""
+def answer(found: Mapping[str, Any]) -> Text:
+    """Return the verdict in a few words, then everything that was found, a line each."""
     verdict = str(found["verdict"])
     sign = signs.GAP[verdict]
     words = found["reason"] if verdict == REFUSED else headline_of_document(found)
-    return Text(f"{sign.mark} {words}", sign.tone.style)
-
-
-def answer(found: Mapping[str, Any]) -> Text:
-    """Return everything that was found, a line each."""
-    text = Text.assemble(headline(found), "\n")
-    if found["verdict"] == REFUSED:
+    text = Text.assemble((f"{sign.mark} {words}", sign.tone.style), "\n")
+    if verdict == REFUSED:
         return text
     for each in findings(found):
         text.append(f"  {each.words}\n", COLOURS[each.role])

@@ -24,7 +24,7 @@ def note_saved(event: Event) -> str:
     return f"Note saved ({event.seq})"
 
 
-def ask_note(screen: Scanning[bool], step: WorkflowStep, then: Callable[[Event], None]) -> AwaitMount:
+def ask_note(screen: Scanning, step: WorkflowStep, then: Callable[[Event], None]) -> AwaitMount:
     """Ask for a note on a step and keep it; awaited, keys that follow wait for the question. A nonconformance is what
     was found wrong with the part. A photo that was just taken is proposed."""
     session, records = screen.session, screen.bench.records

@@ -18,7 +18,7 @@ from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
 
-class Page(Scanning[bool]):
+class Page(Scanning):
     """Its head is set through `#head`; words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -70,8 +70,3 @@ class Page(Scanning[bool]):
     def action_page(self, way: int) -> None:
         body = self.query_one("#body", VerticalScroll)
         body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)
-
-    async def action_leave(self) -> None:
-        """Go back once all is saved; what takes long is stopped first."""
-        await self.saved()
-        self.stop_or(lambda: self.leave(False))

@@ -8,7 +8,7 @@ from accept.tui.screens.ask import Choice
 _WORDS = "What do you do at the bench? The simulated rig then records that step again."
 
 
-def ask_remedy(screen: Scanning[bool], then: Callable[[str], None]) -> None:
+def ask_remedy(screen: Scanning, then: Callable[[str], None]) -> None:
     """Ask what is put right and do it; then is called with the name of the step that is measured again."""
     unit, session = screen.bench.training, screen.session
     if unit is None:

@@ -73,6 +73,8 @@ class StartScreen(Working[Begin | None]):
         Binding("escape", "press('escape')", "End"),
     ]
 
+    press = staticmethod(dialogue.press)
+
     def __init__(
         self, load: "Callable[[], Workbench]", bench: "Workbench | None", given: Given, problem: str = ""
     ) -> None:
@@ -214,9 +216,6 @@ class StartScreen(Working[Begin | None]):
 
     async def on_input_changed(self) -> None:
         await self.answer(Turn)
-
-    async def action_press(self, key: str) -> None:
-        await self.answer(dialogue.press, key)
 
     def help_text(self) -> str:
         return (

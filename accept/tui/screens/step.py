@@ -54,6 +54,7 @@ _HELP = (
 class StepScreen(Page):
     """Values and files of one step, judged in the other process; Escape stops a comparison with a model."""
 
+    press = staticmethod(dialogue.press)
     AUTO_FOCUS = ""  # where every value is there the cursor is in no field, after a question in front neither
 
     # All before the line itself gets them: so keys act in the order in which they were pressed, however fast they come.
@@ -217,7 +218,7 @@ class StepScreen(Page):
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
         talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
-        self.stop = talk.stop
+        self.stop = talk.stopped.set
 
         def measure() -> Sequence[str]:
             try:
@@ -280,7 +281,6 @@ class StepScreen(Page):
             field.show(line.text, stored, *d.reason(n), takes=d.proposed(n) is not None)
 
     async def _lay_out(self) -> None:
-        """Lay out the lines of the present form."""
         d, forms = self.dialogue, self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not d.form)
         self.query_one("#way", Label).update(f"Input: {d.form.name}   (F6: {others})" if others else "")
@@ -348,8 +348,8 @@ class StepScreen(Page):
 
     async def action_press(self, key: str) -> None:
         """Hand on a key, unless Enter ends a serial that was scanned."""
-        if key != "enter" or not await self.take_scan():
-            await self.answer(dialogue.press, key)
+        if key != "enter" or not await self.action_take_scan():
+            await super().action_press(key)
 
     async def take_value(self, text: str) -> None:
         """Give a value to the line under the cursor, if it takes one."""

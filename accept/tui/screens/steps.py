@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from accept.tui.screens.summary import Summary
 
 
-class Steps(Scanning[bool]):
+class Steps(Scanning):
     """Dismisses True when the next unit is wanted, False when this one is left as it is."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -101,17 +101,13 @@ class Steps(Scanning[bool]):
             self.aside(partial(self._judge, left[0]), lambda _: self._judged(), "judge")
 
     def on_screen_suspend(self) -> None:
-        self._stop_judging()
-
-    def on_unmount(self) -> None:
-        self._stop_judging()
-
-    def _stop_judging(self) -> None:
         """Leave the other process to what is opened: what it was judging here is judged when this screen is back."""
         if self._judging is not None:
             waiting, computation = self._judging
             self._judged_here.discard(waiting)
             computation.cancel()
+
+    on_unmount = on_screen_suspend
 
     def _judge(self, waiting: tuple[str, int]) -> None:
         computation = self.bench.services.computation(self.session)
@@ -159,7 +155,7 @@ class Steps(Scanning[bool]):
 
     async def action_open(self) -> None:
         """Open the step. Keys that follow wait until it is there: so none of them is lost."""
-        if self.is_current and not await self.take_scan():
+        if self.is_current and not await self.action_take_scan():
             await self._open(self._step_here())
 
     @property
@@ -222,10 +218,6 @@ class Steps(Scanning[bool]):
         self._asked_about = ""
         super().action_move(rows)
 
-    def action_to_row(self, row: int) -> None:
-        self._asked_about = ""
-        super().action_to_row(row)
-
     async def action_note(self) -> None:
         step = self._step_here() or self.session.step("frf")
         await ask_note(self, step, self._noted)
@@ -269,10 +261,6 @@ class Steps(Scanning[bool]):
         self._show()
         self.query_one(StepList).stand_at(step)
         self.say("New records are there. Enter: measure the step again", "saved")
-
-    async def action_leave(self) -> None:
-        await self.saved()
-        self.leave(False)
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)

@@ -34,11 +34,12 @@ _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 
 
-class Summary(Scanning[bool]):
+class Summary(Scanning):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     asks_passphrase = True
     where_signed = "A passphrase: F2 first"
+    press = staticmethod(dialogue.press)
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
@@ -99,8 +100,7 @@ class Summary(Scanning[bool]):
                 await self.saved()
                 self.leave(True)
             case Do.STOP_OR_LEAVE:
-                await self.saved()
-                self.stop_or(lambda: self.leave(False))
+                await self.action_leave()
             case Do.ASK_REMEDY:
                 ask_remedy(self, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if self.bench.training is not None:
@@ -206,9 +206,6 @@ class Summary(Scanning[bool]):
     def action_page(self, way: int) -> None:
         why = self.query_one("#why", VerticalScroll)
         why.scroll_relative(y=way * max(1, why.size.height - 1), animate=False)
-
-    async def action_press(self, key: str) -> None:
-        await self.answer(dialogue.press, key)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""

@@ -40,6 +40,8 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         Binding("escape", "press('escape')", "Back", priority=True),
     ]
 
+    press = staticmethod(dialogue.press)
+
     def __init__(self, service: BeginService, operator: str, kind: str) -> None:
         """Make the list. operator, kind: of units that are added."""
         super().__init__()
@@ -108,7 +110,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
         self._drawn = d.queues, d.shown
 
     def _fill(self) -> None:
-        """Show the units."""
         self._table.clear()
         rooms = [width - 1 for width in self._widths.values()]  # a space between two
         rooms[-1] += 1
@@ -153,9 +154,6 @@ class Units(Working[tuple[KnownUnit, Queue | None] | None]):
 
     async def on_input_changed(self) -> None:
         await self.answer(Turn)
-
-    async def action_press(self, key: str) -> None:
-        await self.answer(dialogue.press, key)
 
     def help_text(self) -> str:
         return (

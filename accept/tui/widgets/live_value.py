@@ -65,8 +65,7 @@ class Gauge(Static):
             self._watch.stop()
             self._watch = None
 
-    def on_unmount(self) -> None:
-        self.leave()
+    on_unmount = leave
 
     def _tell(self, token: object, seen: Look) -> None:
         """Tell the screen, from the thread that looks."""
@@ -97,7 +96,7 @@ def gauge_text(
         text.append(f"{'  ' if len(text.plain) + 2 + len(on) <= _LINE else chr(10)}{on}\n", "dim")
     if limit is not None and value is not None:
         drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP, usual)
-        inside = _inside(value.value, limit)
+        inside = limit.bounds[0] <= value.value <= limit.bounds[1]
         text.append(drawn, "green" if inside else "bold red")
         text.append(f"  {limits(limit.lower, limit.upper)} {limit.unit}{usual_words(usual)}", "dim")
         text.append("\n" if inside else "  outside\n", "" if inside else "bold red")
@@ -111,7 +110,3 @@ def _number(value: Measured, unit: str) -> str:
     if value.U:
         return numbers(value.value, value.U, unit)
     return f"{value.value + 0.0:.5g} {unit}"  # no "-0"
-
-
-def _inside(value: float, limit: Limit) -> bool:
-    return (limit.lower is None or limit.lower <= value) and (limit.upper is None or value <= limit.upper)

@@ -23,7 +23,6 @@ class Pictures(Vertical):
         yield Horizontal(classes="panels")
 
     def show(self, panels: Mapping[str, Panel]) -> None:
-        """Show these from now on."""
         self.panels = dict(panels)
         given = tuple(panels.values())
         if len(given) == len(self._panels) and all(a is b for a, b in zip(given, self._panels, strict=True)):

@@ -81,12 +81,8 @@ class Upright(NumericAxisFormatter):
         return every(super().get_ticks(min_, max_), min_, max_, self._rows())
 
 
-class Degrees(AxisFormatter):
+class Degrees(Upright):
     """Ticks of a phase: quarters of a turn, or as many of them as have rows of their own, with zero in the middle."""
-
-    def __init__(self, rows: Callable[[], int]) -> None:
-        super().__init__()
-        self._rows = rows
 
     def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
         quarters = [90.0 * n for n in range(math.ceil(min_ / 90.0), math.floor(max_ / 90.0) + 1)]
@@ -146,7 +142,6 @@ class PanelPlot(PlotWidget):
             self.set_ylimits(*_with_margin(self._reach[1]))
 
     def _rows(self) -> int:
-        """Return how many rows the upright axis has."""
         return max(2, self.size.height - self.margin_top - self.margin_bottom - 2)
 
     def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
@@ -162,8 +157,6 @@ class PanelPlot(PlotWidget):
             case Mark() | Span():
                 for at in (item.at,) if isinstance(item, Mark) else (item.lo, item.hi):
                     self._straight(at, item.axis, ROLES.get(item.role, "white"), ends)
-            case _:
-                return
 
     def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
         panel = self._panel

@@ -43,7 +43,6 @@ class StepList(DataTable[Text]):
         self.show()
 
     def show(self) -> None:
-        """Show marks and results as they are now."""
         if not self.row_count:
             return
         for step in self._session.steps:
@@ -51,7 +50,9 @@ class StepList(DataTable[Text]):
             held = any(note.nonconformance for note in self._session.state(step.name).notes)
             self._put(step.name, status, step.short, result_words(self._session, step, status), held)
         if self._session.gap.responses is not None:
-            self._put(GAP, *gap_row(self._session))
+            found = self._session.gap.found  # it has no verdict, but a mark all the same
+            word = "" if found is None else signs.GAP[str(found["verdict"])].word
+            self._put(GAP, Status.NOT_DONE if found is None else Status.TAKEN, GAP_ROW, word)
 
     def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
         """held: a nonconformance was noted there, which is red whatever was measured."""
@@ -63,7 +64,6 @@ class StepList(DataTable[Text]):
         self.update_cell(row, "more", _cut(Text(more, "dim"), _RESULT))
 
     def stand_at(self, name: str) -> None:
-        """Move the cursor to a step."""
         if name in {str(key.value) for key in self.rows}:
             self.move_cursor(row=self.get_row_index(name))
 
@@ -75,14 +75,6 @@ class StepList(DataTable[Text]):
 
     def _room(self) -> int:
         return _RESULT if self.app.size.width >= WIDE_FROM else 0
-
-
-def gap_row(session: Session) -> tuple[Status, str, str]:
-    """Return status, title and words of the gap analysis: it has no verdict, but a mark all the same."""
-    found = session.gap.found
-    if found is None:
-        return Status.NOT_DONE, GAP_ROW, ""
-    return Status.TAKEN, GAP_ROW, signs.GAP[str(found["verdict"])].word
 
 
 def held_words(nonconformances: Sequence[str]) -> Text:
@@ -128,7 +120,7 @@ def head(session: Session, step: WorkflowStep) -> Text:
     text = Text().append(f"{number}/{len(session.steps)}  ", "dim")
     text.append(f"{status.mark} {status.word}", status.style)
     text.append("  ·  ", "dim").append(step.title, "bold")
-    return text if step.required else text.append("  (not required)", "dim")
+    return text if step.asked.required else text.append("  (not required)", "dim")
 
 
 def setup(step: WorkflowStep) -> Text:
@@ -166,17 +158,12 @@ class UnitBar(Static):
         super().__init__("", id="unit", markup=False)
         self._session, self._where = session, where
 
-    def on_mount(self) -> None:
-        self.show()
-
-    def on_resize(self) -> None:
-        self.show()
-
     def show(self) -> None:
-        """Show the unit as it is now."""
         spec = self._session.spec
         lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
         self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
+
+    on_mount = on_resize = show
 
     def _line(self, spec: str) -> Text:
         session = self._session

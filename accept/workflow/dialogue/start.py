@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
-from accept.workflow.dialogue.turn import Common, FootWords
+from accept.workflow.dialogue.turn import Common, FootWords, by_key
 from accept.workflow.entry.shift import NOT_TAKEN
 from specs.plugins import products
 
@@ -319,17 +319,14 @@ def _leave(d: StartDialogue) -> Turn:
     return Turn(d, (Do.LEAVE,)) if d.ends else Turn(replace(d, ends=True), words=words)
 
 
-_ANSWERS: Mapping[str, Callable[[StartDialogue], Turn]] = {
-    "enter": _enter,
-    "f2": _list,
-    "f8": _new_attempt,
-    "escape": _leave,
-}
-
-
-def press(d: StartDialogue, key: str) -> Turn:
-    """Answer a key."""
-    return _ANSWERS[key](d)
+press: Callable[[StartDialogue, str], Turn] = by_key(
+    {
+        "enter": _enter,
+        "f2": _list,
+        "f8": _new_attempt,
+        "escape": _leave,
+    }
+)
 
 
 def stand_at_lacking(d: StartDialogue) -> Turn:

@@ -1,6 +1,6 @@
 """The dialogue at one step: what each key and each event changes, asks for and says."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import PurePath
@@ -9,7 +9,7 @@ from accept.store.payloads import StepJudged
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
-from accept.workflow.dialogue.turn import Common, FootWords
+from accept.workflow.dialogue.turn import Common, FootWords, by_key
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
@@ -199,7 +199,6 @@ def _go_on(d: StepDialogue, after: int | None) -> Turn:
 
 
 def _move(d: StepDialogue, way: int) -> Turn:
-    """Move to the line above or below."""
     if not d.lines:
         return Turn(d)
     between = (d.given if d.given is not None else -1) + (way < 0)  # the line that was given last and the next
@@ -455,24 +454,21 @@ def _other_form(d: StepDialogue) -> Turn:
     )
 
 
-_ANSWERS: Mapping[str, Callable[[StepDialogue], Turn]] = {
-    "enter": _enter,
-    "f2": _pick,
-    "f3": _read_or_compare,
-    "f4": _repeat,
-    "f5": lambda d: Turn(d, (Do.ASK_NOTE,)),
-    "f6": _other_form,
-    "f8": lambda d: Turn(d, (Do.ASK_REASON,)) if d.facts.state.entries else _say(d, _NO_ENTRIES, "bad"),
-    "f9": _keep,
-    "f10": lambda d: Turn(d, (do.Settle("same step", judged=True),)),
-    "up": lambda d: _move(d, -1),
-    "down": lambda d: _move(d, 1),
-    "ctrl+d": lambda d: Turn(replace(d, whole=not d.whole)),
-    "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
-    "ctrl+z": lambda d: Turn(d, (Do.UNDO,)),
-}
-
-
-def press(d: StepDialogue, key: str) -> Turn:
-    """Answer a key."""
-    return _ANSWERS[key](d)
+press: Callable[[StepDialogue, str], Turn] = by_key(
+    {
+        "enter": _enter,
+        "f2": _pick,
+        "f3": _read_or_compare,
+        "f4": _repeat,
+        "f5": lambda d: Turn(d, (Do.ASK_NOTE,)),
+        "f6": _other_form,
+        "f8": lambda d: Turn(d, (Do.ASK_REASON,)) if d.facts.state.entries else _say(d, _NO_ENTRIES, "bad"),
+        "f9": _keep,
+        "f10": lambda d: Turn(d, (do.Settle("same step", judged=True),)),
+        "up": lambda d: _move(d, -1),
+        "down": lambda d: _move(d, 1),
+        "ctrl+d": lambda d: Turn(replace(d, whole=not d.whole)),
+        "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
+        "ctrl+z": lambda d: Turn(d, (Do.UNDO,)),
+    }
+)

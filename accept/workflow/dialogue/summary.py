@@ -1,14 +1,14 @@
 """The dialogue at the summary of a unit: judged, signed, countersigned. What each key and each event changes, asks for
 and says. Passphrases are in effects only, for one turn, and no representation has them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from accept.base.documents.results import unit_word
 from accept.store.payloads import CHOICES
 from accept.workflow.dialogue.summary_state import SIGNED, VALID, Report, SummaryDialogue, SummaryFacts, Turn
-from accept.workflow.dialogue.turn import FootWords
+from accept.workflow.dialogue.turn import FootWords, by_key
 from checks.verdict import UnitVerdict
 
 TECHNICIAN, QA = "technician", "qa"
@@ -21,8 +21,6 @@ _OFF_THE_BENCH = (
     "who has both can give keys to anybody. Quality assurance gets a key of its own with: "
     "accept keys request --role qa --name NAME"
 )
-_WHY = "Why it is signed so (on the certificate)"
-_WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 
@@ -33,8 +31,8 @@ Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN"
 class AskedLine(Enum):
     """A line of a question: its label."""
 
-    WHY = _WHY
-    WHY_REPLACED = _WHY_REPLACED
+    WHY = "Why it is signed so (on the certificate)"
+    WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
     PASSPHRASE = "Passphrase"
     REPEATED = "Repeat passphrase"
     DISPOSITION = "Disposition"
@@ -228,16 +226,13 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
     return _say(d, f"The certificate does not verify: {report.reason}", "bad", *hidden)
 
 
-_ANSWERS: Mapping[str, Callable[[SummaryDialogue], Turn]] = {
-    "f2": _sign,
-    "f3": _countersign,
-    "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
-    "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
-    "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
-    "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),
-}
-
-
-def press(d: SummaryDialogue, key: str) -> Turn:
-    """Answer a key."""
-    return _ANSWERS[key](d)
+press: Callable[[SummaryDialogue, str], Turn] = by_key(
+    {
+        "f2": _sign,
+        "f3": _countersign,
+        "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
+        "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
+        "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
+        "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),
+    }
+)

@@ -1,6 +1,6 @@
 """What follows from one event in a dialogue."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
@@ -32,3 +32,8 @@ class Turn(Generic[S]):
         """Return this turn and what follows from another event as one."""
         following = event(self.state, *data, **named)
         return replace(following, effects=self.effects + following.effects, words=following.words or self.words)
+
+
+def by_key(answers: Mapping[str, Callable[[S], Turn[S]]]) -> Callable[[S, str], Turn[S]]:
+    """Return the function that answers a key."""
+    return lambda state, key: answers[key](state)

@@ -1,12 +1,12 @@
 """The dialogue at the list of units: what they wait for, and a tray of new ones by their serials."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from accept.workflow.dialogue import turn
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
-from accept.workflow.dialogue.turn import Common, FootWords
+from accept.workflow.dialogue.turn import Common, FootWords, by_key
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.unit_list import ALL, KnownUnit, Queue
 
@@ -235,16 +235,13 @@ def _leave(d: UnitsDialogue) -> Turn:
     return _say(replace(d, adds=False), SCAN) if d.adds else Turn(d, (CloseList(),))
 
 
-_ANSWERS: Mapping[str, Callable[[UnitsDialogue], Turn]] = {
-    "enter": _enter,
-    "tab": lambda d: _turn(d, 1),
-    "shift+tab": lambda d: _turn(d, -1),
-    "f6": lambda d: _unless_secret(d, "f6"),
-    "ctrl+z": _take_off,
-    "escape": _leave,
-}
-
-
-def press(d: UnitsDialogue, key: str) -> Turn:
-    """Answer a key."""
-    return _ANSWERS[key](d)
+press: Callable[[UnitsDialogue, str], Turn] = by_key(
+    {
+        "enter": _enter,
+        "tab": lambda d: _turn(d, 1),
+        "shift+tab": lambda d: _turn(d, -1),
+        "f6": lambda d: _unless_secret(d, "f6"),
+        "ctrl+z": _take_off,
+        "escape": _leave,
+    }
+)

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from accept.capture.operator_actions import StagedOperator
 from accept.capture.recipes import GROUPS, POINTS_MM, RECIPES
 from accept.capture.recorded import RECORDED
-from accept.workflow.instruments.port import InstrumentPort, NoInstruments
+from accept.workflow.instruments.port import InstrumentPort, Instruments
 from checks.acceptance import CHECKS
 from checks.declare import Check, Series
 from hw.errors import SettingsError
@@ -36,8 +36,7 @@ class BenchInstrument:
 
     @property
     def name(self) -> str:
-        """Return the name with model and serial number, by which `accept recall` finds it."""
-        return " ".join(word for word in (self.key, self.entry.model, self.entry.serial) if word)
+        return _full_name(self.key, self.entry)
 
     @property
     def short_name(self) -> str:
@@ -58,14 +57,7 @@ class BenchInstrument:
         """Return model, serial number, calibration, and at most `most` entries of the traffic since the last call."""
         with self.mutex:
             traffic = [] if self.driver.link is None else self.driver.link.take_transcript()
-        return {
-            "instrument": self.key,
-            "model": self.entry.model,
-            "serial": self.entry.serial,
-            "calibration": _calibration(self.entry),
-            "settings": dict(self.driver.asked),
-            "transcript": [t.to_json() for t in bounded(traffic, most)],
-        }
+        return _evidence(self.key, self.entry, self.driver.asked, bounded(traffic, most))
 
     def uncertainty(self, value: float) -> float | None:
         return self.entry.accuracy.at(value) if self.entry.accuracy else None
@@ -84,28 +76,19 @@ class BenchRecorder:
 
     @property
     def name(self) -> str:
-        """Return the name with model and serial number, by which `accept recall` finds it."""
-        entry = self.recorder.entry
-        return " ".join(word for word in (self.key, entry.model, entry.serial) if word)
+        return _full_name(self.key, self.recorder.entry)
 
     def evidence(self) -> Mapping[str, Any]:
         """Return model, serial number, calibrations, and how the inputs were set."""
         entry = self.recorder.entry
         channels = {name: at.model_dump(mode="json", exclude_defaults=True) for name, at in entry.channels.items()}
-        return {
-            "instrument": self.key,
-            "model": entry.model,
-            "serial": entry.serial,
-            "calibration": _calibration(entry),
-            "settings": {**entry.settings, "channels": channels},
-            "transcript": [],
-        }
+        return _evidence(self.key, entry, {**entry.settings, "channels": channels})
 
     def close(self) -> None:
         self.recorder.close()
 
 
-class BenchInstruments(NoInstruments):
+class BenchInstruments(Instruments):
     """Drivers by name; each opens its line when it is first read and stays open."""
 
     def __init__(self, bench: BenchFile) -> None:
@@ -113,21 +96,20 @@ class BenchInstruments(NoInstruments):
         self._recorders = {
             name: BenchRecorder(name, open_bench_recorder(name, entry)) for name, entry in bench.recorders.items()
         }
-        self._entries = {name: e for name, e in bench.instruments.items() if e.driver not in BY_HAND}
-        self._drivers = {name: open_instrument(name, entry, _no_operator) for name, entry in self._entries.items()}
-        self._mutexes = {name: threading.Lock() for name in self._entries}
-        self._hands = StagedOperator(Path(bench.stage)) if bench.stage else None
+        self._instruments = [
+            BenchInstrument(name, open_instrument(name, entry, _no_operator), entry)
+            for name, entry in bench.instruments.items()
+            if entry.driver not in BY_HAND
+        ]
+        self.staged = StagedOperator(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """Return the first instrument that measures this check, if the check's value is a reading: a value that is
         derived from records, such as a stroke, has no instrument."""
         if check not in CHECKS or is_derived(CHECKS[check]):
             return None
-        found = next((n for n, entry in self._entries.items() if check in entry.measures), None)
-        if found is None:
-            return None
-        set_up = partial(self._set_up, name, index)
-        return BenchInstrument(found, self._drivers[found], self._entries[found], set_up, self._mutexes[found])
+        found = self._measuring(check)
+        return None if found is None else replace(found, set_up=partial(self._set_up, name, index))
 
     def recording(self, check: str) -> BenchInstrument | BenchRecorder | None:
         """Return the recorder that takes the records of a check, else the first instrument that measures it as a whole,
@@ -135,30 +117,25 @@ class BenchInstruments(NoInstruments):
         recorder = next((r for r in self._recorders.values() if check in r.recorder.entry.measures), None)
         if recorder is not None and check in RECORDED:
             return recorder
-        found = next((n for n, e in self._entries.items() if check in e.measures), None)
-        if found is None or check not in RECIPES:
-            return None
-        return BenchInstrument(found, self._drivers[found], self._entries[found], mutex=self._mutexes[found])
+        return self._measuring(check) if check in RECIPES else None
 
-    @property
-    def staged(self) -> StagedOperator | None:
-        """Return the operator of a simulated bench; None at a real one, where a person acts."""
-        return self._hands
+    def _measuring(self, check: str) -> BenchInstrument | None:
+        return next((each for each in self._instruments if check in each.entry.measures), None)
 
     def close(self) -> None:
-        for driver in self._drivers.values():
-            driver.close()
+        for instrument in self._instruments:
+            instrument.close()
         for recorder in self._recorders.values():
             recorder.close()
 
     def _set_up(self, name: str, index: int | None) -> None:
         """Set up a simulated bench as a technician would set up a real one: its stage holds where the probe stands."""
-        if self._hands is None:
+        if self.staged is None:
             return
         if index is not None and index < len(POINTS_MM):
-            self._hands.probe(index + 1, *POINTS_MM[index])
+            self.staged.probe(index + 1, *POINTS_MM[index])
         elif name in GROUPS:
-            self._hands.leads(GROUPS[name])
+            self.staged.leads(GROUPS[name])
 
 
 def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
@@ -175,9 +152,23 @@ def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
     return open_recorder(name, entry)
 
 
-def _calibration(entry: InstrumentEntry | RecorderEntry) -> Mapping[str, str] | None:
+def _full_name(key: str, entry: InstrumentEntry | RecorderEntry) -> str:
+    """Return the name with model and serial number, by which `accept recall` finds it."""
+    return " ".join(word for word in (key, entry.model, entry.serial) if word)
+
+
+def _evidence(
+    key: str, entry: InstrumentEntry | RecorderEntry, settings: Mapping[str, Any], traffic: Sequence[Traffic] = ()
+) -> dict[str, Any]:
     stated = entry.calibration
-    return None if stated is None else {"certificate": stated.certificate, "due": stated.due.isoformat()}
+    return {
+        "instrument": key,
+        "model": entry.model,
+        "serial": entry.serial,
+        "calibration": stated and {"certificate": stated.certificate, "due": stated.due.isoformat()},
+        "settings": dict(settings),
+        "transcript": [t.to_json() for t in traffic],
+    }
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:

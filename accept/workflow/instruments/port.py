@@ -42,36 +42,22 @@ class InstrumentPort(Protocol):
         """Return what is stored beside a reading: the instrument, and the traffic of its line."""
 
 
-class Instruments(Protocol):
-    """The instruments at hand."""
+class Instruments:
+    """The instruments at hand; there are none here: everything is typed. staged: the operator of a simulated bench,
+    None at a real one, where a person acts."""
 
-    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
+    staged: Any = None
+
+    def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:  # noqa: ARG002
         """Return the instrument that reads this input, None if it is typed."""
+        return None
 
-    def recording(self, check: str) -> Any:
+    def recording(self, check: str) -> Any:  # noqa: ARG002
         """Return the `BenchInstrument` that measures a check as a whole, None without one."""
-
-    @property
-    def staged(self) -> Any:
-        """Return the operator of a simulated bench, None at a real one."""
-
-
-@dataclass(frozen=True)
-class NoInstruments:
-    """No instruments: everything is typed."""
-
-    def serving(self, _check: str, _name: str, _index: int | None) -> InstrumentPort | None:
-        return None
-
-    def recording(self, _check: str) -> Any:
-        return None
-
-    @property
-    def staged(self) -> Any:
         return None
 
     def close(self) -> None:
-        """Release nothing."""
+        """Release the instruments."""
 
 
 def reading(instrument: InstrumentPort, unit: str) -> Measured:

@@ -20,7 +20,7 @@ from accept.store.payloads import (
 from accept.units import attach
 from accept.workflow.entry.parse_entry import EntryError, check_plausible, plain_words
 from accept.workflow.instruments.port import InstrumentPort, reading
-from accept.workflow.session.unit import OpenUnit
+from accept.workflow.session.unit import Subject
 from checks.declare import Input, Measured, Scalar
 from hw.errors import InstrumentError
 
@@ -61,11 +61,8 @@ NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
 _FILE_BYTES = 200_000_000  # of one of them
 
 
-class Entries:
+class Entries(Subject):
     """Stores entries of one unit."""
-
-    def __init__(self, unit: OpenUnit) -> None:
-        self._unit = unit
 
     def take(
         self,

@@ -8,7 +8,7 @@ from accept.store import Event
 from accept.store.payloads import GapExplained
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import panel_cache
-from accept.workflow.session.unit import OpenUnit
+from accept.workflow.session.unit import Subject
 from accept.workflow.state.unit_state import StepState
 from checks.picture import Panel
 from specs.spec import Spec
@@ -17,11 +17,8 @@ Explanation = tuple[Mapping[str, Any], Mapping[str, Panel]]  # the key `gap` of 
 Explain = Callable[[Path, Spec], Explanation]
 
 
-class UnitGap:
+class UnitGap(Subject):
     """Explains the responses of one unit."""
-
-    def __init__(self, unit: OpenUnit) -> None:
-        self._unit = unit
 
     @property
     def responses(self) -> StepState | None:

@@ -13,7 +13,7 @@ from accept.store.payloads import RecordLinked, RecordRefused, StepRemeasured, p
 from accept.units import attach
 from accept.workflow.entry import record_folder
 from accept.workflow.entry.record_folder import Proposals
-from accept.workflow.session.unit import OpenUnit
+from accept.workflow.session.unit import Subject
 from accept.workflow.steps.plan import WorkflowStep
 from checks.cause import Cause
 from checks.declare import CsvTable, Form, Series
@@ -24,11 +24,8 @@ from specs.bench import channel_map
 _EVENTS_BACK = 5000  # of the store: whether a file belongs to another unit is asked of these
 
 
-class Records:
+class Records(Subject):
     """Proposes and links records of one unit."""
-
-    def __init__(self, unit: OpenUnit) -> None:
-        self._unit = unit
 
     def link(
         self,

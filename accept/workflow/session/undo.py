@@ -3,26 +3,19 @@
 from accept.store import Event
 from accept.store.payloads import EntryUndone, RecordLinked, RunOpened, StepNoted, ValueTaken, payload_of
 from accept.workflow.entry.parse_entry import EntryError
-from accept.workflow.session.unit import OpenUnit
+from accept.workflow.session.unit import Subject
 from accept.workflow.steps.section import value_words
 
 
-class Undo:
+class Undo(Subject):
     """Takes back entries of one unit."""
-
-    def __init__(self, unit: OpenUnit) -> None:
-        self._unit = unit
-
-    def last_entry(self) -> Event | None:
-        """Return the entry that `entry` would take back."""
-        seqs = self._unit.attempt.undoable
-        return next((e for e in reversed(self._unit.events) if seqs and e.seq == seqs[-1]), None)
 
     def entry(self, step: str = "") -> Event:
         """Take back the last entry of this attempt. step: only if it belongs to this one. Raises EntryError if there is
         no entry, or one of another step, or a nonconformance, which only quality assurance releases."""
         with self._unit.mutex:
-            last = self.last_entry()
+            seqs = self._unit.attempt.undoable
+            last = next((e for e in reversed(self._unit.events) if seqs and e.seq == seqs[-1]), None)
             if last is None:
                 raise EntryError("there is nothing to undo in this attempt")
             if step and last.data.get("step") != step:

@@ -5,19 +5,36 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from filelock import FileLock, Timeout
+
 from accept.base.spelling import mistaken_for
 from accept.store import Event, Overtaken, Store
 from accept.store.payloads import AttemptStarted, Payload, RunOpened
 from accept.units import attach
 from accept.units.attempt_folder import attempt_folder
 from accept.workflow.entry.parse_entry import EntryError, serial_problem
-from accept.workflow.state.lock import UnitLock
 from accept.workflow.state.unit_state import Attempt, StepState, UnitRun, fold_run
 from accept.workflow.steps import section
 from accept.workflow.steps.plan import WorkflowStep, steps_of
 from accept.workflow.steps.status import state_of
 from specs.bench import NO_CHANNELS, BenchFile, Channels
+from specs.errors import AcceptError
 from specs.spec import Spec
+
+
+class UnitBusy(AcceptError, RuntimeError):
+    """Another program has the unit open; the text says what to do."""
+
+
+def _locked(folder: Path) -> FileLock:
+    """Return the lock of a unit's folder, which the system frees when the program dies, however it dies."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / ".lock", mode=0o600, thread_local=False)
+    try:
+        lock.acquire(blocking=False)
+    except Timeout as e:
+        raise UnitBusy(f"{folder.name} is open in another program; finish there, then go on here") from e
+    return lock
 
 
 class OpenUnit:
@@ -44,7 +61,7 @@ class OpenUnit:
         self.simulates = training or simulated or (stated is not None and stated.simulated)
         self.spec_name = f"{spec.name}@{spec.sha256}"
         self.mutex = threading.RLock()
-        self._lock = UnitLock(home / "units" / serial)
+        self._lock = _locked(home / "units" / serial)
         try:
             self.events = list(store.events(serial))
             self.run = fold_run(serial, self.events)
@@ -128,3 +145,10 @@ class OpenUnit:
             document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
             attach.write_document(self.folder, document)
             return attempt
+
+
+class Subject:
+    """A part of what is done at an open unit, which serves by itself."""
+
+    def __init__(self, unit: OpenUnit) -> None:
+        self._unit = unit

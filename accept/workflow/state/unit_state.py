@@ -152,15 +152,8 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
 
 
 def _started(event: Event, started: AttemptStarted) -> Attempt:
-    return Attempt(
-        number=started.number,
-        kind=started.kind,
-        parts=started.parts,
-        reason=started.reason,
-        spec=event.spec,
-        channels=started.channels,
-        simulated=started.simulated,
-    )
+    own = started.number, started.kind, started.parts, started.reason
+    return Attempt(*own, event.spec, channels=started.channels, simulated=started.simulated)
 
 
 def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | None) -> Attempt:

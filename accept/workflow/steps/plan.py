@@ -30,10 +30,6 @@ class WorkflowStep:
         """Return the step's name in a list."""
         return self.check.short or self.check.title[:16].rstrip()
 
-    @property
-    def required(self) -> bool:
-        return self.asked.required
-
     def form(self, name: str | None) -> Form:
         """Return the form of that name, else the first that needs no file, else the first."""
         named = [form for form in self.check.forms if form.name == name]

@@ -29,22 +29,8 @@ class Status(Enum):
     REFUSED = "?", "record refused", signs.FINDINGS["no_result"].tone.style
     HELD = "!", "held", "bold red"  # it passes, and a nonconformance holds the unit
 
-    @property
-    def mark(self) -> str:
-        return self.value[0]
-
-    @property
-    def word(self) -> str:
-        return self.value[1]
-
-    @property
-    def style(self) -> str:
-        return self.value[2]
-
-    @property
-    def role(self) -> str:
-        """Return the name of its style class."""
-        return self.name.lower().replace("_", "-")
+    def __init__(self, mark: str, word: str, style: str) -> None:
+        self.mark, self.word, self.style = mark, word, style
 
 
 UNFINISHED = (Status.NOT_DONE, Status.TAKEN, Status.REFUSED)

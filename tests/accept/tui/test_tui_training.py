@@ -221,7 +221,7 @@ FIRST = {
 @pytest.mark.parametrize(("kind", "fault"), [(k, name) for name, f in FAULTS.items() for k in f.kinds])
 @pytest.mark.slow
 def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fault: str, tmp_path: Path) -> None:
-    drawn, _ = training_request(kind, "T-1", 1)
+    drawn = training_request(kind, "T-1", 1)
     request = UnitRequest("T-1", kind, drawn.model, 1, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     folder = write(simulate(request), tmp_path / "T-1")
     result = judge_unit(unit_folder.read(folder), default_spec(kind))  # as a training judges it
@@ -234,7 +234,7 @@ def test_what_is_said_first_about_every_fault_is_the_right_action(kind: str, fau
 @pytest.mark.parametrize("kind", ["apa", "strut", "strut-plates"])
 def test_nothing_is_to_be_done_about_a_unit_without_a_fault(kind: str, tmp_path: Path) -> None:
     """Red before: one of them had its torsion a hertz above the limit, and was said to pass."""
-    requests = (training_request(kind, f"T-{seed}", seed)[0] for seed in range(200))
+    requests = (training_request(kind, f"T-{seed}", seed) for seed in range(200))
     for request in islice((r for r in requests if r.fault is None), 2):
         folder = write(simulate(request), tmp_path / request.serial)
         result = judge_unit(unit_folder.read(folder), default_spec(kind))

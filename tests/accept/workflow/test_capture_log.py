@@ -1,6 +1,6 @@
 """What a capture says stays where it can be read."""
 
-from accept.workflow.instruments.capture_log import LAST, CaptureLog
+from accept.tui.screens.capture_dialogue import LAST, CaptureLog
 
 
 def test_the_cue_stays_above_the_verdicts_of_the_hits() -> None:

@@ -89,7 +89,7 @@ def test_steps_that_agree_pass(session: Session) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["capacitance", "wrong_payload"])
 def test_every_step_says_of_its_quantities_what_the_summary_says(fault: str, tmp_path: Path) -> None:
-    drawn, _ = training_request("apa", "T-1", 1)
+    drawn = training_request("apa", "T-1", 1)
     request = UnitRequest("T-1", "apa", drawn.model, 1, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
     folder = write(simulate(request), tmp_path / "T-1")
     with open_store() as store:

@@ -4,8 +4,7 @@ from accept.base.home import home
 from accept.judging.judge_unit import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
-from accept.workflow.session.open_session import open_session
-from accept.workflow.state.usual_values import FEWEST, UNITS, usual_values
+from accept.workflow.session.open_session import FEWEST, UNITS, open_session, usual_values
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 

@@ -20,7 +20,7 @@ from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError, parse_number
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.state.lock import UnitBusy
+from accept.workflow.session.unit import UnitBusy
 from accept.workflow.state.unit_state import fold_run
 from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import Elsewhere, judge_here, judge_step, judge_whole_unit

@@ -73,7 +73,7 @@ def test_no_channel_at_all() -> None:
 def test_a_reversed_sensor_of_an_APA_that_is_not_quite_the_models(tmp_path: Path) -> None:
     """The training unit of seed 5: zeros of Vs elsewhere than the model's hid its sign, gs was calibrated through zero,
     and the loops of the slow record alone were named."""
-    order, _ = training_request("apa", "T-5", 5)
+    order = training_request("apa", "T-5", 5)
     assert order.fault == "polarity"
     found = run_gap(write(simulate(order), tmp_path / "T-5"), "apa-frame")
     assert "sensor_polarity" in [n["effect"] for n in found["named"]]

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from accept.workflow.instruments.port import InstrumentPort, NoInstruments
+from accept.workflow.instruments.port import InstrumentPort, Instruments
 
 
 class Fake:
@@ -39,7 +39,7 @@ class Fake:
         return {"instrument": "meter", "model": "X1", "serial": "SN-7", "transcript": [[0.0, "read", "4.99"]]}
 
 
-class Only(NoInstruments):
+class Only(Instruments):
     """Instruments of which there is one, for one check."""
 
     def __init__(self, check: str, instrument: InstrumentPort) -> None:

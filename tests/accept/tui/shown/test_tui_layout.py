@@ -15,7 +15,7 @@ from accept.tui.background import busy_screen
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.step_list import StepList
 from accept.workflow import open_bench
-from accept.workflow.instruments.port import NoInstruments
+from accept.workflow.instruments.port import Instruments
 from hw.records import own_record
 from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, words
 
@@ -74,7 +74,7 @@ async def test_the_drawing_stays_with_the_words_for_every_record_of_the_hammer(t
         assert not all(row in "\n".join(seen(pilot)) for row in picture)  # the result has the room then
 
 
-class Recorder(NoInstruments):
+class Recorder(Instruments):
     """A recorder at the bench."""
 
     name = "recorder"

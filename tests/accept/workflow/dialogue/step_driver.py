@@ -19,7 +19,7 @@ from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
 from accept.workflow.dialogue.turn import Common
 from accept.workflow.effects.serve_step import StepService
-from accept.workflow.instruments.port import Instruments, NoInstruments
+from accept.workflow.instruments.port import Instruments
 from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
@@ -181,7 +181,7 @@ def at_step(
             home(),
             {loaded.kind: loaded},
             BenchServices(),
-            instruments or NoInstruments(),
+            instruments or Instruments(),
             records or home() / "no records",
         )
         session = open_session(store, home(), loaded, "Ann", serial)
