@@ -1,22 +1,23 @@
-"""The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out."""
+"""The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out, here or in a worker."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.base.console import say
+from accept.base.worker_process import too_large
 from accept.gap.document import to_json
-from accept.gap.empirical import AddedElement, write_with_elements
-from accept.gap.improved_model import write_improved
+from accept.gap.improved_model import AddedElement, write_improved, write_with_elements
 from accept.gap.realisations import F_LO, realisations, trials_of
 from accept.gap.summary import summary
 from accept.gap.text import words_of
 from accept.gap.unit_responses import Responses, channels_of, responses
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UnitError, UnitFolder
 from checks.errors import ModelError, RecordError
 from checks.fitting import (
     CHANNELS,
@@ -192,3 +193,35 @@ def _slow(unit: LoadedUnit) -> Record | None:
     except RecordError:
         return None
     return record if isinstance(record, Record) else None
+
+
+@dataclass(frozen=True, eq=False)
+class GapAnswer:
+    """gap.json, and lines for a person."""
+
+    document: Mapping[str, Any]
+    words: Sequence[str]
+
+
+@dataclass(frozen=True)
+class GapJob:
+    """The gap analysis of a unit; its files go into `out`."""
+
+    unit: UnitFolder
+    out: Path
+    model: str
+    without: tuple[str, ...] = ()
+    empirical: bool = False
+    html: bool = False
+
+    def run(self) -> GapAnswer | str:
+        """Return the answer, or the reason if there is no answer."""
+        serial = self.unit.serial
+        try:
+            done = analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))
+        except (GapRefused, ModelError, RecordError, UnitError) as e:
+            return str(e)
+        except MemoryError:
+            return too_large()
+        added = write(done, self.out, self.empirical, self.html)
+        return GapAnswer(done.document, summary(serial, done.result, added))

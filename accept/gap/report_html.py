@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from accept.gap.empirical import AddedElement, elements_of
+from accept.gap.improved_model import AddedElement, elements_of
 from accept.gap.report import report, title
 from accept.pictures.blocks import Heading, Sentence, Table
 from accept.pictures.interactive import page

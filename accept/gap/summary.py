@@ -3,9 +3,8 @@
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from accept.gap.empirical import AddedElement
-from accept.gap.report import short_report, title
-from accept.gap.report_tables import elements
+from accept.gap.improved_model import AddedElement
+from accept.gap.report import elements, short_report, title
 from accept.pictures.blocks import Block, Heading, Role, Sentence, Table
 from checks.gap import Result
 

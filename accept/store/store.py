@@ -15,14 +15,13 @@ from accept.base.names import KeyHolder
 from accept.base.spelling import look_alike, look_key, spelling_key
 from accept.base.version import code_sha256
 from accept.store import indexes, tables
-from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, reported, snapshot
 from accept.store.errors import Overtaken, StoreError
 from accept.store.event import Event, NewEvent, sealed
+from accept.store.folding import NAMING, is_named
 from accept.store.payloads import Payload
-from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
-from accept.store.undoing import NAMING, is_named
+from accept.store.seal import Anchor, Sealer, SignedHead, file_looks, rows_look
 
 END_NOT_KEPT = (
     "no seal of it lies at this bench, so events that were removed from its end would not show: "

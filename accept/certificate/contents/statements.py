@@ -12,11 +12,11 @@ from dataclasses import replace
 from accept.base.atomic_files import UNIT_FILE
 from accept.certificate.contents import words
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
-from accept.certificate.contents.provenance import PROVENANCE
-from accept.certificate.contents.statement import (
+from accept.certificate.contents.provenance import (
     DERIVED,
     DERIVED_AND_SIGNED,
     LOOKED_UP,
+    PROVENANCE,
     SIGNED_AND_LOOKED_UP,
     Statement,
     Way,

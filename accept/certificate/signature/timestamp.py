@@ -19,7 +19,7 @@ from pyhanko.sign.validation.dss import DocumentSecurityStore
 from pyhanko.sign.validation.generic_cms import validate_tst_signed_data
 from pyhanko_certvalidator import ValidationContext
 
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
 

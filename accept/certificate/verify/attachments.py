@@ -18,8 +18,7 @@ from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.step import Step
+from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.verify.gap_check import check_gap
 from accept.certificate.verify.picture_check import check_pictures
 from accept.certificate.verify.ports import AttachedUnit, ReadUnit

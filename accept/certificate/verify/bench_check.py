@@ -9,9 +9,8 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.certificate.contents.content import CertificateContent, hashes_of, signed_text
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.contents.provenance import AT_THE_BENCH, Provenance
-from accept.certificate.contents.step import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import BENCH, public_of
 from accept.certificate.trust.revocation import Revoked

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.verify.picture_check import texts
 from accept.gap import GAP_PICTURES, REFUSED, on_certificate
 from accept.pictures.jsonform import panels_to_json

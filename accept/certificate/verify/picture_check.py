@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.verify.page_check import VERDICT_WORDS
 from accept.certificate.verify.result_diff import same_words
 from accept.gap import GAP_PICTURES

@@ -20,7 +20,7 @@ from pyhanko_certvalidator import ValidationContext
 
 from accept.base.names import same_person
 from accept.certificate.contents.disposition import of_signature
-from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
+from accept.certificate.contents.outcome import InvalidCertificate, guarded, one_line
 from accept.certificate.signature import timestamp
 from accept.certificate.signature.long_term import kept_in, loaded
 from accept.certificate.signature.timestamp import Stamped

@@ -14,9 +14,8 @@ from accept.base.documents.results import ALIKE, CONFIRMED, NAME, TYPED
 from accept.base.names import same_person
 from accept.base.spelling import serial_problem
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.contents.provenance import PROVENANCE, Provenance, needs_reason
-from accept.certificate.contents.step import Step
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed

@@ -9,7 +9,7 @@ import pytest
 from pypdf import PdfReader
 
 from accept.gap import analyse_unit
-from accept.gap.empirical import AddedElement
+from accept.gap.improved_model import AddedElement
 from accept.gap.reasons import candidates, moved_parameters
 from accept.gap.report import RIVALS
 from accept.gap.report_pdf import render
