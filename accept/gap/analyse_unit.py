@@ -11,10 +11,9 @@ from accept.base.console import say
 from accept.base.worker_process import too_large
 from accept.gap.document import to_json
 from accept.gap.improved_model import AddedElement, write_improved, write_with_elements
-from accept.gap.realisations import F_LO, realisations, trials_of
-from accept.gap.summary import summary
+from accept.gap.report import summary
 from accept.gap.text import words_of
-from accept.gap.unit_responses import Responses, channels_of, responses
+from accept.gap.unit_responses import SEARCH_LO, Responses, channels_of, realisations, responses, trials_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
 from accept.units.unit_folder import UnitError, UnitFolder
@@ -135,7 +134,7 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
     write_atomic(out / "gap.json", json.dumps(document, indent=1, allow_nan=False).encode())
     write_atomic(out / "gap.pdf", render(done.measured.serial, done.result, added))
     if html:
-        from accept.gap.report_html import render_html
+        from accept.gap.report import render_html
 
         write_atomic(out / "gap.html", render_html(done.measured.serial, done.result, added))
     return added
@@ -156,12 +155,12 @@ def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[st
     if (asked := unit.unexpected_channel(RESPONSES)) is not None:
         notes = (f"{asked} It is not used", *notes)
     try:
-        return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), notes
+        return responses(unit, tolerance, f_lo=SEARCH_LO, f_hi=f_hi), notes
     except RecordError as e:
         first = e
     for kept in (kept for kept in FEWER if set(kept) < set(has)):
         try:
-            found = responses(unit, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
+            found = responses(unit, tolerance, channels=kept, f_lo=SEARCH_LO, f_hi=f_hi)
         except RecordError:
             continue
         lost = ", ".join(c for c in has if c not in kept)

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from accept.gap.unit_responses import Responses
-from accept.models.model_file import OpenedModel, open_model, write_model
+from accept.models.model_file import OpenedModel, fit_record, open_model, write_model
 from checks.fitting import Dataset, gaps
 from checks.gap import EFFECTS, FittedElement, Inputs, Result, fit_element
 from checks.model import Model, UnidentifiedElement
-from specs.model_sections import FitRecord
 
 PAYLOAD = "bench.payload_kg"
 
@@ -30,15 +29,7 @@ def write_improved(
     # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
     added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}
     own = [n for n in fit.names if n in given.model.values and n not in added]
-    record = FitRecord(
-        names=list(fit.names),
-        covariance=[[float(v) for v in row] for row in fit.cov],
-        model=spec.name,
-        model_sha256=given.model.sha256,
-        serial=measured.serial,
-        inputs=measured.inputs,
-        G=dict(result.written_G),
-    )
+    record = fit_record(fit, given, measured.serial, measured.inputs, G=dict(result.written_G))
     weighed = {n: given.model.values[n] for n in (PAYLOAD,) if n in given.model.values}  # as the unit's folder says
     values = weighed | {n: fit.at[n] for n in own} | dict(result.bench_latency)
     effects = [(n.effect, {k: v.value for k, v in n.parameters.items()}) for n in result.named if n.effect in EFFECTS]

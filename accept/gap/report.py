@@ -1,14 +1,14 @@
 """The report of a gap in blocks: what was found, where model and data differ, and why this cause. Terminal, gap.pdf,
 gap.html, certificate and screen show them."""
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
 
-from accept.gap.document import to_json
-from accept.gap.improved_model import AddedElement
-from accept.gap.reasons import candidates, moved_parameters, shift_words
+from accept.gap.document import candidates, moved_parameters, shift_words, to_json
+from accept.gap.improved_model import AddedElement, elements_of
 from accept.gap.text import (
     G_NOTE,
     data_words,
@@ -23,10 +23,11 @@ from accept.gap.text import (
     value_words,
     words_of,
 )
-from accept.models.value_labels import value_label
+from accept.models.model_file import value_label
 from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence, Table
+from accept.pictures.interactive import page
 from checks.fitting import identifiability_of_effects, likelihood_profile
-from checks.gap import GapVerdict, Result, Tested, channel_errors
+from checks.gap import GapVerdict, Result, Tested, bode_panels, channel_errors
 from checks.rounding import rounded, with_U
 from specs.units import with_unit
 
@@ -223,3 +224,57 @@ def fitted_values(result: Result, beside: int) -> Table:
 def _pairs(of: Sequence[tuple[float, float]]) -> str:
     """Return pairs of frequency and damping as text: `750.4 Hz, 0.01; 5999 Hz, 0.7`."""
     return "; ".join(f"{number(f)} Hz, {ratio:.2g}" for f, ratio in of)
+
+
+LINES, COLUMNS = 24, 80  # of a terminal
+
+
+def summary(serial: str, r: Result, added: Sequence[AddedElement] = ()) -> list[str]:
+    """Return at most 24 lines of 80 columns for a terminal; the gap itself is never cut. added: elements that were
+    added to the improved model, in lines of their own."""
+    lines = _wrap(f"{title(serial, r)} (model {r.model}, damping {r.damping})", "")
+    more, kept = (list(_lines(blocks)) for blocks in short_report(r))
+    room = LINES - len(lines) - len(kept)
+    cut = [] if len(more) <= room else ["  ... for the rest see gap.json and gap.pdf"]
+    return [*lines, *more[: room - len(cut)], *cut, *kept, *(_lines([elements(added)]) if added else ())]
+
+
+def _lines(blocks: Sequence[Block]) -> Iterator[str]:
+    for block in blocks:
+        match block:
+            case Heading():
+                yield from _wrap(f"{block.words}:", "  ")
+            case Sentence():
+                yield from _wrap(block.words, "  ", most=2 if block.role is Role.UNNAMED else None)
+                yield from _wrap(block.more, "    ")
+            case Table():
+                yield from _wrap(block.note, "  ")
+                for first, *rest in block.rows:
+                    cells = ", ".join(f"{head} {cell}" for head, cell in zip(block.head[1:], rest, strict=True))
+                    yield from _wrap(f"{first}: {cells}", "    ", most=2)
+
+
+def _wrap(words: str, indent: str, most: int | None = None) -> list[str]:
+    return textwrap.wrap(
+        words,
+        COLUMNS,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_on_hyphens=False,
+        max_lines=most,
+        placeholder=" ...",
+    )
+
+
+def render_html(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
+    """Return the page. Raises PictureError if plotly is not installed."""
+    words, tables = [f"Model {result.model}, damping {result.damping}."], []
+    for block in report(result, added):
+        match block:
+            case Heading():
+                words.append(block.words)
+            case Sentence():
+                words += [block.words, *filter(None, [block.more])]
+            case Table():
+                tables.append(block)
+    return page(bode_panels(result, elements_of(added)), title(serial, result), words, tables)

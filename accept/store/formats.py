@@ -7,10 +7,9 @@ from enum import Enum
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from accept.base.documents import listings
+from accept.base.documents.analyses import GapDocument, MisalignmentDocument
 from accept.base.documents.document import Document, written_hints
-from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
-from accept.base.documents.misalignment import MisalignmentDocument
 from accept.base.documents.results import ResultsDocument
 from accept.store.payloads import KINDS, Payload
 from checks.cause import Reason

@@ -31,7 +31,7 @@ from reportlab.pdfgen.canvas import Canvas
 from accept.certificate.contents.disposition import Disposition, in_signature
 from accept.certificate.page.fixed_parts import BOXES, field_rectangles
 from accept.certificate.signature import timestamp
-from accept.certificate.signature.long_term import AuthorityRevoked, RevocationData, loaded, revocation_data
+from accept.certificate.signature.timestamp import AuthorityRevoked, RevocationData, loaded, revocation_data
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import P256_ORDER, QA, TECHNICIAN
 from accept.certificate.trust.keys import Credential

@@ -8,7 +8,7 @@ from accept.certificate.contents.content import MANIFEST, RESULTS, CertificateCo
 from accept.certificate.contents.outcome import Step
 from accept.certificate.contents.provenance import Way
 from accept.certificate.contents.statements import STATEMENTS, statement_of
-from accept.certificate.verify.gap_check import own_words
+from accept.certificate.verify.picture_check import own_words
 from accept.certificate.verify.ports import AttachedUnit
 from checks.verdict import UnitVerdict
 

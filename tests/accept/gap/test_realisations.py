@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from accept.gap.realisations import F_LO, realisations
-from accept.gap.unit_responses import Responses
+from accept.gap.unit_responses import F_LO, Responses, realisations
 from checks.fitting import dataset_from_records
 from checks.record import Record
 from tests.shared.strut_records import strut_record

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from accept.gap.realisations import F_LO, realisations
-from accept.gap.unit_responses import responses
+from accept.gap.unit_responses import F_LO, realisations, responses
 from accept.models.model_file import open_model
 from checks.arrays import Array, Complex
 from checks.gap.workflow import Inputs, run
