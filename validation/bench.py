@@ -61,6 +61,10 @@ record = "hysteresis.mat"
 """
 
 
+# key of unit.toml, end of the file's name; of a second realisation the same
+BANDS = (("low", "", "", ""), ("low", "", "_repeat", "_2"), ("high", "_hf", "", ""), ("high", "_hf", "_repeat", "_2"))
+
+
 @dataclass(frozen=True, eq=False)
 class World:
     """A strut and everything between it and the files. modes: (f_Hz, ratio, damping_ratio) added to de and da; filters:
@@ -401,13 +405,25 @@ def write_unit(folder: Path, serial: str, world: World, s: Setting, seed: int) -
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(seed)
     playing = Playing(world)
-    for name, high in (("frf_noise", False), ("frf_noise_hf", True)):
-        for repeat in ("", "_2"):
-            content = record(playing, s, rng, high, index=2 * high + bool(repeat))
-            _save(folder / f"{name}{repeat}.mat", content)
+    _write_responses(folder, playing, s, rng, "")
     _save(folder / "hysteresis.mat", slow_record(playing, s, rng))
     (folder / "unit.toml").write_text(UNIT_TOML.format(serial=serial))
     return folder
+
+
+def add_experiment(folder: Path, world: World, s: Setting, seed: int, kind: str, value: str) -> None:
+    """Add the responses of a world to a unit folder, as those under an experiment of a kind; value: its line of
+    `unit.toml`, such as "mass_kg = 0.5", or ""."""
+    _write_responses(folder, Playing(world), s, np.random.default_rng(seed), f"_{kind}")
+    names = {f"{band}{again}": f"frf_noise{hf}_{kind}{repeat}.mat" for band, hf, again, repeat in BANDS}
+    entry = "".join(f'{key} = "{name}"\n' for key, name in names.items())
+    with (folder / "unit.toml").open("a") as unit:
+        unit.write(f'\n[[experiments]]\nkind = "{kind}"\n{value}\n{entry}')
+
+
+def _write_responses(folder: Path, playing: Playing, s: Setting, rng: np.random.Generator, marked: str) -> None:
+    for k, (_, hf, _, repeat) in enumerate(BANDS):
+        _save(folder / f"frf_noise{hf}{marked}{repeat}.mat", record(playing, s, rng, bool(hf), index=k))
 
 
 def _save(path: Path, columns: dict[str, Array]) -> None:

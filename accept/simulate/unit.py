@@ -105,7 +105,7 @@ def _experiments(bench: DrivenUnit, sensor_F: float | None) -> tuple[dict[str, C
             records[stem] = noise_record(other, stem, key.startswith("high"), level)
         value = {} if asked.kind.value is None else {asked.kind.value.name: asked.value}
         listed.append({"kind": asked.kind.name} | value | {key: f"{stem}.mat" for key, stem in stems.items()})
-        changed = {n: v for n, v in model.values.items() if v != bench.model.values[n]}
+        changed = {n: v for n, v in model.values.items() if v != bench.model.values.get(n)}
         done.append({"kind": asked.kind.name} | value | {"parameters": changed})
     return records, listed, done
 

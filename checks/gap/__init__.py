@@ -18,8 +18,7 @@ from specs import door
 
 if TYPE_CHECKING:
     from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
-    from checks.gap.conditions.simulated import under_experiment
-    from checks.gap.conditions.trial import ConditionTrial
+    from checks.gap.conditions.trial import ConditionTrial, under_experiment
     from checks.gap.decision.bode_panels import bode_panels
     from checks.gap.decision.gates import AT_LEAST
     from checks.gap.decision.made_again import contradictions, picture_again

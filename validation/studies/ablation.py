@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+from accept.gap.analyse_unit import run_gap
 from checks.gap.decision import beside_gates, build_result, gates, never_worse
-from tests.shared.gap_run import run_gap
 from validation.cases import Case
 from validation.methods.call import Method
 from validation.scoring.scores import Outcome

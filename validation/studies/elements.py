@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.shared.gap_run import run_gap
+from accept.gap.analyse_unit import run_gap
 from validation.bench import draw_setting
 from validation.cases import Case
 from validation.model_files import write_model

@@ -18,9 +18,9 @@ from accept.analysis.misalignment import as_document, estimate_or_reason
 from accept.fleet.population.bench import latencies
 from accept.fleet.population.learn import learn_population, measured_units
 from accept.fleet.population.report import document, write_population
+from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model_file
 from accept.units.unit_folder import read
-from tests.shared.gap_run import run_gap
 from validation.model_files import write_model
 from validation.sets import SETS
 

@@ -1,6 +1,7 @@
 """Explanations fitted to all conditions together, and compared on realisations that none of them has seen."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -10,11 +11,10 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, coarse_fits, finish
 from checks.fitting.prior import prior_rows
-from checks.gap.conditions.trial import ConditionTrial, to_fit, to_judge, together
+from checks.gap.conditions.trial import ConditionTrial, to_fit, together
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.condition import Together
+from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.effect import Effect
-from checks.model.joint_prior import JointPrior
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
@@ -57,18 +57,14 @@ class Conditions:
         every, sets = together(response, self.trials), to_fit(self.A, self.trials)
         joint, free = response.model.joint, tuple(every.free(at))
         ways = [FitPoint(free, 0.0), *(coarse_fits(every, sets, free, joint=joint)[:1] if far else ())]
-        fits = [f for way in ways if (f := _finished(every, sets, way, joint)) is not None]
+        fits = []
+        for way in ways:
+            with suppress(ModelError):
+                fits.append(finish(every, sets, way, joint=joint))
         if not fits:
             raise ModelError("no values of the explanation come near these responses")
         best = min(fits, key=lambda f: f.cost)
-        return Explanation(response, every, best, tuple(to_judge(self.B, self.trials)))
-
-
-def _finished(every: Together, sets: Sequence[Dataset], way: FitPoint, joint: JointPrior | None) -> Fit | None:
-    try:
-        return finish(every, sets, way, joint=joint)
-    except ModelError:
-        return None
+        return Explanation(response, every, best, (self.B, *(marked(t.B, t.name) for t in self.trials)))
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:

@@ -1,19 +1,43 @@
-"""Responses of a unit under one condition, and what that condition is to an explanation."""
+"""Responses of a unit under one condition, and what that condition is to an explanation or to a simulated unit.
+
+Turned: the strut goes round by 180 degrees about its axis, with its APA, joints and encoder. In the bench's frame what
+lies across the axis changes its sign (where the APA sits and pushes, where head and ruler are and are read) and the
+matrices of the APA turn; what lies along z stays. The bench knows no x and y: granite that does not move, a payload
+guided along z, a mode of the bench along z ([STB] 3.1, 6.1). Seen from the strut nothing has changed, so every response
+stays what it was, whatever is wrong with the strut: what changes is the bench's, or the mounting's.
+
+Another resistor across the sensor stack: its corner goes with one over it ([STB] 3.1.9). A stack that is stiffer
+without a path for its charge ([IEEE176] 2) is open if the corner lies below the band, and closed far above it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
-from checks.gap.conditions.simulated import CORNER, PAYLOAD, SENSOR_F, STIFFENING, share_open
+from checks.gap.conditions.kinds import (
+    ADDED_MASS,
+    OTHER_RESISTOR,
+    OWN_RETURN,
+    REMOVED,
+    SIDE_MASSES,
+    ExperimentKind,
+)
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.shift import OwnValue, Shift
 from checks.model.electrical import highpass_corner
+from checks.model.model import Model
+from checks.model.structure.attached import ELEMENT, quantities_of
 
+PAYLOAD, CORNER, STIFFENING = "bench.payload_kg", "sensor.highpass_Hz", "apa.sensor_stiffening"
+BY_CABLE = ("sensor.crosstalk_V_per_V", "sensor.pickup_us")  # what couples into the sensor's cable
+OPEN_HZ, CLOSED_HZ = 2.0, 20_000.0  # corners of a stack that is open, closed, at 5 Hz to 2 kHz
+SENSOR_F = 5.1e-6  # of the sensor stack, the default ([STB] 3.1.9)
 HIGHEST_HZ = 1e6  # of the sensor's corner
+GONE = 1e-6  # of an element that was removed: what hangs with no mass at all has no motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,45 +62,81 @@ class ConditionTrial:
         return replace(self, A=A, B=B) if bins is None else replace(self, A=A.thinned(bins), B=B.thinned(bins))
 
 
-def shift_of(trial: ConditionTrial, response: Augmented) -> Shift:
-    """Return the shift that a condition makes in an explanation. Raises ModelError if the model cannot hold it.
+def shift_of(
+    name: str,
+    kind: ExperimentKind,
+    value: float | None,
+    response: Augmented,
+    own_ohm: float | None = None,
+    sensor_F: float = SENSOR_F,
+) -> Shift:
+    """Return the shift that a condition makes in a response: of a mass on the payload or beside the strut's axis, of
+    elements that are removed, of another cable. The sensor's corner goes with one over the resistor ([STB] 3.1.9) if
+    the unit's own is known and the explanation has a corner; else it has a value of its own. Another level of drive
+    changes nothing in a linear model, nor does a turn. Raises ModelError if the model cannot hold it."""
+    if kind.value is not None and value is None:
+        raise ModelError(f"experiment '{kind.name}' is given without its value")
+    values = response.model.values
+    needed = {ADDED_MASS: PAYLOAD, OTHER_RESISTOR: CORNER}.get(kind)
+    if needed is not None and needed not in values:
+        raise ModelError(f"{kind.said(value)}: model '{response.model.name}' has no {needed} that could change")
+    if kind is ADDED_MASS:
+        return Shift(name, adds=((PAYLOAD, value or 0.0),))
+    if kind in SIDE_MASSES:
+        return Shift(name, adds=tuple((f"{ELEMENT}{kind.place}.{d}.added_kg", value or 0.0) for d in "xyz"))
+    if kind in REMOVED:
+        at = [n for n in values if n.startswith(f"{ELEMENT}{kind.place}.")]
+        sizes = [n for n in at if n.rpartition(".")[2] in quantities_of(n.split(".")[2]).values()]
+        return Shift(name, times=tuple((n, GONE) for n in sizes))
+    if kind is OWN_RETURN:
+        return Shift(name, times=tuple((n, 0.0) for n in BY_CABLE if n in values))
+    if kind is not OTHER_RESISTOR or value is None:
+        return Shift(name)
+    corner = highpass_corner(value, sensor_F)
+    set_here = {t for e in response.effects for t in e.stands_for(response.model)} | set(response.model.sds)
+    times: tuple[tuple[str, float], ...] = ()
+    if STIFFENING in set_here or values.get(STIFFENING):
+        times = ((STIFFENING, share_open(corner)),)
+    if own_ohm and (CORNER in set_here or values[CORNER] > 0.0):
+        return Shift(name, times=(*times, (CORNER, own_ohm / value)))
+    free = Free(f"{name}.highpass_Hz", prior=0.0, lo=0.0, hi=HIGHEST_HZ, start=corner, scale=0.1 * corner)
+    return Shift(name, times=times, own=(OwnValue(CORNER, free),))
 
-    A mass is added to the payload. The sensor's corner goes with one over the resistor ([STB] 3.1.9) if the unit's own
-    is known and the explanation has a corner; else it has a value of its own. Another level of drive changes nothing in
-    a linear model, nor does a turn (see `simulated`)."""
-    if trial.kind is ADDED_MASS and trial.value is not None:
-        _held(PAYLOAD, trial, response)
-        return Shift(trial.name, adds=((PAYLOAD, trial.value),))
-    if trial.kind is OTHER_RESISTOR and trial.value is not None:
-        _held(CORNER, trial, response)
-        corner, values = highpass_corner(trial.value, SENSOR_F), response.model.values
-        set_here = {t for e in response.effects for t in e.stands_for(response.model)} | set(response.model.sds)
-        times: tuple[tuple[str, float], ...] = ()
-        if STIFFENING in set_here or values.get(STIFFENING):
-            times = ((STIFFENING, share_open(corner)),)
-        if trial.own_ohm and (CORNER in set_here or values[CORNER] > 0.0):
-            return Shift(trial.name, times=(*times, (CORNER, trial.own_ohm / trial.value)))
-        name = f"{trial.name}.highpass_Hz"
-        free = Free(name, prior=0.0, lo=0.0, hi=HIGHEST_HZ, start=corner, scale=0.1 * corner)
-        return Shift(trial.name, times=times, own=(OwnValue(CORNER, free),))
-    return Shift(trial.name)
+
+def share_open(corner_Hz: float) -> float:
+    """Return the share of the open circuit's stiffening that remains at a corner [Hz]: 0 or 1. Raises ModelError in
+    between, if the stack is neither open nor closed over the band."""
+    if OPEN_HZ < corner_Hz < CLOSED_HZ:
+        raise ModelError(
+            f"a resistor that puts the sensor stack's corner at {corner_Hz:.3g} Hz leaves a stack that is stiffer when "
+            f"open neither open nor closed; expected a corner up to {OPEN_HZ:g} Hz, or from {CLOSED_HZ:g} Hz on"
+        )
+    return 1.0 if corner_Hz <= OPEN_HZ else 0.0
 
 
-def _held(parameter: str, trial: ConditionTrial, response: Augmented) -> None:
-    if parameter not in response.model.values:
-        raise ModelError(f"{trial.words}: model '{response.model.name}' has no {parameter} that could change")
+def under_experiment(model: Model, kind: ExperimentKind, value: float | None, sensor_F: float | None = None) -> Model:
+    """Return a model of a unit as it is under an experiment; the drive's level is not a parameter of it. sensor_F: of
+    the sensor stack, if it was measured. Raises ModelError."""
+    known = Augmented(replace(model, sds={}))  # a simulated unit has no uncertain values
+    shift = shift_of(kind.name, kind, value, known, sensor_F=SENSOR_F if sensor_F is None else sensor_F)
+    changes = shift.applied({}, {p.name: p.begin for p in shift.free}, model.values)
+    return _with_room(model, (shift,)).with_values(changes) if changes else model
 
 
 def together(response: Augmented, trials: Sequence[ConditionTrial]) -> Together:
     """Return a response under all conditions. Raises ModelError."""
-    return Together(response, tuple(shift_of(t, response) for t in trials))
+    shifts = tuple(shift_of(t.name, t.kind, t.value, response, t.own_ohm) for t in trials)
+    return Together(replace(response, model=_with_room(response.model, shifts)), shifts)
+
+
+@lru_cache(maxsize=64)
+def _with_room(model: Model, shifts: tuple[Shift, ...]) -> Model:
+    """Return the model with elements of no mass where a condition attaches one. Cached, as its matrices are by the
+    model."""
+    more = {n: 0.0 for s in shifts for n, _ in s.adds if n not in model.values}
+    return model.with_elements({**model.elements, **more}) if more else model
 
 
 def to_fit(A: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
     """Return the realisations to fit, of the unit as it is and under every condition."""
     return [A, *(marked(t.A, t.name) for t in trials)]
-
-
-def to_judge(B: Dataset, trials: Sequence[ConditionTrial]) -> list[Dataset]:
-    """Return the realisations to judge with."""
-    return [B, *(marked(t.B, t.name) for t in trials)]

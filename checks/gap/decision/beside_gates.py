@@ -15,6 +15,8 @@ from checks.arrays import Array, Complex
 from checks.fitting.fit import Fit
 from checks.gap.decision.gates import (
     AGREES,
+    CONFIRMED,
+    GAIN,
     OFF_MODES,
     ON_ITS_CHANNELS,
     SIGNIFICANT,
@@ -137,13 +139,8 @@ def _log(Q: Array) -> Array:
 
 
 BESIDE_GATES: tuple[Gate[BesideEvidence], ...] = (
-    Gate("gain", "explains too little beside what is left (gain {e.gain:.0f})", lambda e: e.gain > e.required_gain),
-    Gate(
-        "confirmed",
-        "is not confirmed with the records exchanged (gain {e.exchanged_gain:.0f})",
-        lambda e: e.exchanged_gain > e.required_gain,
-        after="gain",
-    ),
+    GAIN,
+    CONFIRMED,
     Gate(
         "share_left",
         "leaves {e.percent_left:.0f} % of the gap where it acts",

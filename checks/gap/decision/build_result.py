@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
@@ -20,7 +21,18 @@ from checks.gap.decision.experiments import (
 from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
-from checks.gap.decision.result import EXPLAINED, NO_MISSING, Gaps, Named, Nameless, Result, StepShown, Tried
+from checks.gap.decision.result import (
+    EXPLAINED,
+    NO_MISSING,
+    Ambiguous,
+    Gaps,
+    Named,
+    Nameless,
+    Result,
+    StepShown,
+    Tested,
+    Tried,
+)
 from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
 from checks.gap.decision.verdict import (
     early_channels,
@@ -35,6 +47,7 @@ from checks.gap.decision.verdict import (
     verdict_of,
 )
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import ALL
 from checks.gap.preparation.inputs import Problem
@@ -61,18 +74,17 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     left_out = [c for c in problem.A.channels if c not in channels]
     search.say("fitting all bins")
     result, judged = _judge_needed(problem, search, result, left_out)
-    decision, shown_before, after = _decide(problem, search, result, whole, judged)
+    decision, shown_before, after, experiments = _decide(problem, search, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
-    rivals = decision.rivals if result.steps else choose_experiments(decision.rivals, good, result, full, search.A)
+    rivals = decision.rivals if result.steps else choose_experiments(decision, search.A, problem.inputs.trials)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow, full.response.model)
     rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
-    elements = found_elements(good, rivals, result, decision.fit, full, lambda c: fit_all_bins(problem, c, channels)[0])
+    classes = [replace(decision, rivals=rivals).alternatives(c) for c in good]
+    elements = found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c, channels)[0])
+    proposed = _predicted(rivals)
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
-    experiments = check_by_experiments(
-        full.response, decision.fit, problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
-    )
     everywhere = replace(full, unseen=problem.B)
     as_given = whole.adequate and result.best is base
     missing = _missing(problem, decision, everywhere, left_out, as_given)
@@ -108,6 +120,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         notes=(
             *problem.inputs.notes,
             *decision.notes,
+            *proposed,
             *_notes(full, verdict),
             *_agrees_before(base, named, gap_before),
             *_ended(search, verdict),
@@ -119,7 +132,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         steps=steps_of(after),
         elements=elements,
         bench_latency=(latency := _latency_of_bench(after)),
-        written_G={c: g.G for c, g in gaps_of(_as_written(after, latency)).channels.items()},
+        written_G=_as_written(after, latency).channel_G,
     )
 
 
@@ -168,18 +181,22 @@ def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> Sear
 
 def _decide(
     problem: Problem, search: Search, result: SearchResult, whole: Candidate, judged: FinalExplanation
-) -> tuple[FinalExplanation, Candidate, Candidate]:
+) -> tuple[FinalExplanation, Candidate, Candidate, tuple[Tested, ...]]:
     """Return the explanation of all bins that passed the gates, with its rivals, told apart by experiments if there
-    were any; and the models with the gaps before and after."""
+    were any; the models with the gaps before and after; and the experiments, which leave no name of an explanation that
+    one of them refutes."""
     channels = search.A.channels
+    A, B, trials = problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
     decision, before, after = _withdraw(judged, whole, result.base, problem.B)
     decision = _with_rivals(decision, result)
-    trials = problem.trials(channels)
     if decision.rivals and trials and not result.steps:
-        conditions = Conditions(problem.A.select(channels), problem.B.select(channels), trials)
-        decision = resolve_by_experiments(decision, result, conditions)
+        decision = resolve_by_experiments(decision, result, Conditions(A, B, trials))
         decision, before, after = _withdraw(decision, whole, result.base, problem.B)
-    return decision, before, after
+    tested = check_by_experiments(decision.full.response, decision.fit, A, B, trials)
+    against = [t for t in tested if t.refutes]
+    if against and accepted(decision.claims) and contradiction(judged.full.response, judged.fit, B) is None:
+        decision, before, after = _withdraw(decision.refuted_by(against[0]), whole, result.base, problem.B)
+    return decision, before, after, tested
 
 
 def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dataset) -> Projected:
@@ -244,7 +261,7 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
         full = replace(full, unseen=with_disagreement(full.unseen, full.residual))
     rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
     rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
-    return replace(decision, rivals=rivals)
+    return replace(decision, rivals=rivals, fitted=result.rivals)
 
 
 def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str, str]) -> tuple[Tried, ...]:
@@ -264,11 +281,14 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
     each; first the model without any."""
     rest = list(after.response.effects)
-    response, out = after.response.without(*(e.name for e in rest)), []
-    if rest:
-        out.append(StepShown(None, _channel_G(replace(after, response=response))))
+    response = after.response.without(*(e.name for e in rest))
+
+    def channel_G(r: Augmented) -> dict[str, float]:
+        return replace(after, response=r, at=r.own_values(after.at)).channel_G
+
+    out = [StepShown(None, channel_G(response))] if rest else []
     while rest:
-        tried = [(e, _channel_G(replace(after, response=response.with_member(e)))) for e in rest]
+        tried = [(e, channel_G(response.with_member(e))) for e in rest]
         effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
         response = response.with_member(effect)
         rest.remove(effect)
@@ -276,15 +296,17 @@ def steps_of(after: Candidate) -> tuple[StepShown, ...]:
     return tuple(out)
 
 
-def _channel_G(c: Candidate) -> dict[str, float]:
-    c = replace(c, at=c.response.own_values(c.at))
-    return {channel: gap.G for channel, gap in gaps_of(c).channels.items()}
-
-
 def _springs_seen(springs: Mapping[str, float]) -> tuple[str, ...]:
     """Return a note on the smallest elements that would have been seen."""
     words = " and ".join(f"{k:.2g} N/um at the {place.replace('_', ' ')}" for place, k in springs.items())
     return (f"a spring to ground, along z, would have been seen from {words}",) if words else ()
+
+
+def _predicted(rivals: Sequence[Ambiguous]) -> tuple[str, ...]:
+    """Return a note on what the experiments that are asked for are predicted to separate."""
+    each = ((", ".join(a.effects).replace("_", " "), a.separation) for a in rivals if a.separation is not None)
+    words = "by the experiment the nearest two of {} are predicted to differ by {:.1f} standard deviations"
+    return tuple(words.format(*one) for one in each)
 
 
 def _ended(search: Search, verdict: str) -> tuple[str, ...]:

@@ -60,7 +60,9 @@ def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float)
     others = {q.name: q.start for q in effect.parameters if q is not p}
     nothing = effect.off(projected.response.model)[p.name]
     if np.isfinite(nothing) and nothing != 0.0:
-        return {p.name: nothing + _step_seen(projected, effect, p, others, nothing, needed)}
+        small = 0.05 * p.scale
+        seen = _seen(projected, effect, {**others, p.name: nothing + small})
+        return {p.name: float(nothing + small * np.sqrt(needed / max(seen, 1e-300)))}
     near, far = (p.hi, p.lo if p.lo > 0 else p.scale) if not np.isfinite(nothing) else (p.scale * 1e-4, p.hi)
     if _seen(projected, effect, {**others, p.name: far}) < needed:
         return {p.name: float(far)}
@@ -68,13 +70,6 @@ def _searched(projected: Projected, effect: Effect, p: Parameter, needed: float)
         middle = float(np.sqrt(near * far))
         near, far = (near, middle) if _seen(projected, effect, {**others, p.name: middle}) > needed else (middle, far)
     return {p.name: float(far)}
-
-
-def _step_seen(
-    projected: Projected, effect: Effect, p: Parameter, others: dict[str, float], nothing: float, needed: float
-) -> float:
-    small = 0.05 * p.scale
-    return float(small * np.sqrt(needed / max(_seen(projected, effect, {**others, p.name: nothing + small}), 1e-300)))
 
 
 def _seen(projected: Projected, effect: Effect, values: dict[str, float]) -> float:

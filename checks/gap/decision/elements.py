@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.gates import Claim
-from checks.gap.decision.result import Ambiguous, FoundElement, FoundPlace, NamedValue
+from checks.gap.decision.alternatives import OTHER_VALUES, Alternative, Alternatives
+from checks.gap.decision.result import FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.element import (
     ACROSS,
@@ -20,7 +20,6 @@ from checks.gap.modelling.element import (
 )
 from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.forward import SearchResult
 from checks.model.model import Model
 from checks.model.parameters import is_declared
 from checks.model.structure.attached import BETWEEN
@@ -57,7 +56,7 @@ OF_KIND = {
     FILTER: ("a sensor, an amplifier or a filter other than stated",),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
-OTHER_VALUES, AS_WELL = "other values of", " Explained as well by "
+AS_WELL = " Explained as well by "
 NAMES = (  # of values of an element that is attached, in the order of a sentence
     *("k_N_per_um", "k_Nm_per_rad", "kz_ratio", "kR_ratio", "kxy_ratio", "m_kg", "J_kg_m2"),
     *("c_N_s_per_m", "c_Nm_s_per_rad", "cR_Nm_s_per_rad", "f_Hz", "damping_ratio"),
@@ -65,56 +64,47 @@ NAMES = (  # of values of an element that is attached, in the order of a sentenc
 SHOWN = 3  # places besides the best that a sentence lists
 
 
-def found_elements(
-    claims: Sequence[Claim], rivals: Sequence[Ambiguous], result: SearchResult, fit: Fit, full: Candidate, again: FitAll
-) -> tuple[FoundElement, ...]:
+def found_elements(classes: Sequence[Alternatives], fit: Fit, again: FitAll) -> tuple[FoundElement, ...]:
     """Return the elements among the claims that passed every gate, each with all places that do as well; and those that
-    do as well as a named effect, which loses its name. again: fits a rival to all bins."""
+    do as well as a named effect, which loses its name. fit: of the explanation; again: fits another to all bins."""
     out = []
-    for claim in claims:
-        effect, model = claim.effect, full.response.model
-        alike = {n for a in rivals if effect.name in a.effects for n in a.effects} - {effect.name}
-        others = _rivals_by_element(result, effect.name, alike)
-        library = tuple(sorted(n for n in alike if n not in {e.name for e, _ in others}))
+    for own in classes:
+        effect, model, elements = own.claim.effect, own.whole.response.model, own.elements
+        library = tuple(n for n in own.names if n not in {m.member.name for m in elements})
         if isinstance(effect, GenericElement):
-            out.append(replace(found_element(effect, others, fit, model, library), fitted=effect.name))
-        elif others:
-            (first, rival), *rest = others
-            out.append(found_element(first, rest, again(rival), model, (effect.name, *library)))
+            found = found_element(effect, elements, fit, model, library, own.request)
+            out.append(replace(found, fitted=effect.name))
+        elif elements:
+            first, *rest = elements
+            names = (effect.name, *library)
+            out.append(found_element(first.member, rest, again(first.whole), model, names, own.request))
     return tuple(out)
-
-
-def _rivals_by_element(result: SearchResult, name: str, alike: set[str]) -> list[tuple[GenericElement, Candidate]]:
-    """Return the elements that do as well in the place of a member, the best first."""
-    best: dict[str, tuple[GenericElement, Candidate]] = {}
-    for rival in sorted(result.rivals, key=lambda c: -c.score):
-        for e in rival.response.effects:
-            if isinstance(e, GenericElement) and e.name in alike - (result.best.names - {name}):
-                best.setdefault(e.name, (e, rival))
-    return [*best.values()]
 
 
 def found_element(
     e: Unnamed,
-    others: Sequence[tuple[Unnamed, Candidate]],
+    others: Sequence[Alternative[Unnamed]],
     fit: Fit,
     model: Model,
     library: tuple[str, ...] = (),
+    request: str = "",
 ) -> FoundElement:
     """Return a member of an explanation in words, with its values. others: what does as well in its place; library:
-    effects that do."""
+    effects that do; request: the experiment that separates them best, if one does."""
     shown = {p.name: NamedValue(fit.at[n], *fit.interval(n)) for p in e.parameters if (n := f"{e.name}.{p.name}")}
     places = [_place(e, {k: v.value for k, v in shown.items()})]
-    places += [_place(o, rival.response.of(rival.at, o.name)) for o, rival in others]
+    places += [_place(o.member, o.whole.response.of(o.whole.at, o.member.name)) for o in others]
     first: dict[tuple[str, str, str], FoundPlace] = {}
     for p in places:
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
     kind = e.of_kind
     values = _ratios(e, shown, model, fit) if kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
-    causes = tuple(dict.fromkeys(c for o in (e, *(o for o, _ in others)) for c in causes_of(o.of_kind, o.place)))
+    every = (e, *(o.member for o in others))
+    causes = tuple(dict.fromkeys(c for o in every for c in causes_of(o.of_kind, o.place)))
     words = element_sentence(kind, places, values, causes[0], library)
-    return FoundElement(kind, tuple(places), values, words, causes, element_experiment(places, library), library)
+    experiment = request or element_experiment(places, library)
+    return FoundElement(kind, tuple(places), values, words, causes, experiment, library)
 
 
 def alike_in(sentence: str) -> tuple[str, ...]:

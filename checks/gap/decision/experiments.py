@@ -18,13 +18,15 @@ from checks.fitting.fit import Fit, FitPoint, finish
 from checks.fitting.goodness import Gap, gaps
 from checks.gap.conditions.joint import Conditions, Explanation, by_data_alone
 from checks.gap.conditions.kinds import DRIVE_LEVEL
-from checks.gap.conditions.trial import ConditionTrial, shift_of, together
+from checks.gap.conditions.trial import ConditionTrial, together
+from checks.gap.decision.alternatives import Alternatives, needed_apart
 from checks.gap.decision.gates import Claim, chance_of_gain, is_significant
 from checks.gap.decision.result import Ambiguous, Nameless, Tested
-from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.condition import AT, Together, marked
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import GenericElement
+from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidate import Candidate
 from checks.gap.search.forward import SearchResult
@@ -39,25 +41,38 @@ LARGE = 1.5  # of G: what the noise's own estimate does not reach
 @dataclass(frozen=True, eq=False)
 class FinalExplanation:
     """An explanation that was decided on, with its fit to all bins (or to all conditions), its claims, the effects that
-    cannot be distinguished, and notes for the reader."""
+    cannot be distinguished, other adequate explanations (fitted), and notes for the reader."""
 
     fit: Fit
     full: Candidate
     claims: tuple[Claim, ...]
     rivals: tuple[Ambiguous, ...] = ()
     notes: tuple[str, ...] = ()
+    fitted: tuple[Candidate, ...] = ()
 
-    def replacing(self, claim: Claim, by: tuple[Claim, ...], note: str) -> "FinalExplanation":
-        """Return the decision with others in place of a claim, which has no rivals any more."""
+    def alternatives(self, claim: Claim) -> Alternatives:
+        """Return the class of a claim."""
+        return Alternatives(claim, self.rivals, self.fitted, self.full)
+
+    def replacing(
+        self, claim: Claim, by: tuple[Claim, ...], note: str, alike: tuple[Ambiguous, ...] = ()
+    ) -> "FinalExplanation":
+        """Return the decision with others in place of a claim. alike: what remains of its rivals."""
         rivals = tuple(a for a in self.rivals if claim.effect.name not in a.effects)
         claims = tuple(k for c in self.claims for k in (by if c is claim else (c,)))
-        return replace(self, claims=claims, rivals=rivals, notes=(*self.notes, note))
+        return replace(self, claims=claims, rivals=(*rivals, *alike), notes=(*self.notes, note))
+
+    def refuted_by(self, tested: Tested) -> "FinalExplanation":
+        """Return the decision without a name: what an experiment contradicts is no explanation."""
+        claims = tuple(replace(c, reasons=(f"refuted: {tested.against}",)) for c in self.claims)
+        return replace(self, claims=claims, rivals=())
 
     def noting(self, *notes: str) -> "FinalExplanation":
         return replace(self, notes=(*self.notes, *notes))
 
     def explained_by(self, response: Augmented, at: Values) -> "FinalExplanation":
-        return replace(self, full=replace(self.full, response=response, at=dict(at)))
+        full = replace(self.full, response=response, at=dict(at))
+        return replace(self, full=full, fitted=(*self.fitted, self.full))
 
 
 def resolve_by_experiments(
@@ -65,13 +80,11 @@ def resolve_by_experiments(
 ) -> FinalExplanation:
     """Decide between rival explanations by the unit's experiments, and fit the explanation to all conditions. result:
     of the search, which holds the rival explanations."""
-    few, ambiguous = conditions.thinned(decision.full.table.search_bins), decision.rivals
+    few = conditions.thinned(decision.full.table.search_bins)
     for claim in decision.claims:
-        rivals = {name for a in ambiguous if claim.effect.name in a.effects for name in a.effects}
-        rivals -= {claim.effect.name}
-        if rivals:
+        if decision.alternatives(claim).names:
             try:
-                decision = _resolve(decision, claim, rivals, few, result)
+                decision = _resolve(decision, claim, few)
             except ModelError as e:
                 decision = decision.noting(f"the experiments do not settle {claim.effect.name}: {e}")
     response = decision.full.response
@@ -83,27 +96,36 @@ def resolve_by_experiments(
     return replace(decision, fit=last.fit, full=full, notes=(*decision.notes, *moved))
 
 
-def _resolve(
-    decision: FinalExplanation, claim: Claim, rivals: set[str], few: Conditions, result: SearchResult
+def _resolve(decision: FinalExplanation, claim: Claim, few: Conditions) -> FinalExplanation:
+    """Decide between the members of a class, then between the best of them and other calibrated values."""
+    table, own = decision.full.table, decision.alternatives(claim)
+    if own.without_fit:  # the band shows no difference in form, and no experiment changes a lag
+        return decision.noting(f"the experiments do not tell {claim.effect.name} and {own.without_fit[0]} apart")
+    fits = [(m, few.explained(m.whole.response, m.whole.at)) for m in own.members]
+    (first, best), *others = sorted(fits, key=lambda each: -each[1].lnL)
+    by = replace(claim, effect=first.member)
+    apart = [(m, 2.0 * (best.lnL - e.lnL), needed_apart(by, [m.member], table)) for m, e in others]
+    alike = [m for m, twice, needed in apart if twice < needed]
+    if len(alike) == len(own.members) - 1 and alike:
+        both = " and ".join(m.member.label for m in (first, alike[0]))
+        return decision.noting(f"the experiments do not tell {both} apart (2 delta lnL {apart[0][1]:.1f})")
+    if alike:
+        names = {*own.names, claim.effect.name} - {m.member.name for m in own.members}
+        names |= {m.member.name for m in (first, *alike)}
+        left = Ambiguous(tuple(sorted(names)), sharpest(m.member.experiment for m in (first, *alike)).value)
+        return _confirmed(decision, claim, by, best, (left,))
+    if isinstance(first.member, GenericElement) and not own.other_values:
+        return _confirmed(decision, claim, by, best)
+    return _compare_with_values(decision, claim, first.member, best, few)
+
+
+def _confirmed(
+    decision: FinalExplanation, claim: Claim, by: Claim, best: Explanation, alike: tuple[Ambiguous, ...] = ()
 ) -> FinalExplanation:
-    """Decide between one claim and its rivals: other effects in its place, then other calibrated values."""
-    full, table = decision.full, decision.full.table
-    ranked = [(claim.effect, few.explained(full.response, full.at))]
-    for name in sorted(rivals):
-        names = frozenset({*full.response.names, name} - {claim.effect.name})
-        rival = result.rival_of_names(names)
-        if rival is None and name not in EFFECTS:  # other values of what is calibrated, which are compared below
-            continue
-        if rival is None:  # the band shows no difference in form, and no experiment changes a lag
-            return decision.noting(f"the experiments do not tell {claim.effect.name} and {name} apart")
-        effect = next(e for e in rival.response.effects if e.name == name)
-        ranked.append((effect, few.explained(rival.response, rival.at)))
-    ranked.sort(key=lambda each: -each[1].lnL)
-    effect, best = ranked[0]
-    if len(ranked) > 1 and (apart := 2.0 * (best.lnL - ranked[1][1].lnL)) < table.two_delta_lnL:
-        both = " and ".join(e.name for e, _ in ranked[:2])
-        return decision.noting(f"the experiments do not tell {both} apart (2 delta lnL {apart:.1f})")
-    return _compare_with_values(decision, claim, effect, best, few)
+    """Return the decision with the best of a class in place of a claim, and all values from the fit to all
+    conditions. alike: what the experiments leave beside it."""
+    words = f"the experiments leave {by.effect.label} (gain {by.delta_lnL:.0f})"
+    return decision.replacing(claim, (by,), words, alike).explained_by(best.response, best.fit.at)
 
 
 def _compare_with_values(
@@ -121,9 +143,7 @@ def _compare_with_values(
     significant = is_significant(table, effect, best.fit, best.response)
     at_bound = any(n.startswith(f"{effect.name}.") for n in best.fit.at_bound)
     if gain > table.delta_lnL and significant and not at_bound:
-        confirmed = Claim(effect, gain, chance_of_gain(gain, effect), ())
-        named = decision.replacing(claim, (confirmed,), f"the experiments leave {effect.name} (gain {gain:.0f})")
-        return named.explained_by(best.response, best.fit.at)
+        return _confirmed(decision, claim, Claim(effect, gain, chance_of_gain(gain, effect), ()), best)
     if gain < table.delta_lnL and effect is claim.effect and _is_excluded(effect, decision.full.at, free.fit, table):
         words = f"{effect.name} is not needed: other values of calibrated parameters explain every condition"
         return decision.replacing(claim, (), words).explained_by(less, other.fit.at)
@@ -180,7 +200,7 @@ def _with_own_values(response: Augmented, fit: Fit, A: Dataset, trial: Condition
     """Return the response under one condition, with values for its own parameters: if the fit has none, from a fit
     continued on the condition's records."""
     every = together(response, [trial])
-    if shift_of(trial, response).names <= set(fit.names):
+    if every.shifts[0].names <= set(fit.names):
         return replace(every, fixed=fit.at), fit
     start = FitPoint(tuple(every.free(fit.at)), fit.cost)
     return every, finish(every, [A, marked(trial.A, trial.name)], start, joint=response.model.joint)

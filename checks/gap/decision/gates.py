@@ -85,6 +85,11 @@ class NameEvidence(ABC):
     def gain(self) -> float:
         return self.best.lnL - self.without.lnL
 
+    @property
+    def required_gain(self) -> float:
+        """Return the gain that a name needs."""
+        return self.table.delta_lnL
+
     @cached_property
     def exchanged_gain(self) -> float:
         """Return the same gain with the realisations exchanged. -inf if the strut is not held."""
@@ -164,6 +169,15 @@ def failed_reasons(gates: Sequence[Gate[E]], evidence: E) -> list[str]:
     return reasons
 
 
+GAIN = Gate[NameEvidence](
+    "gain", "explains too little of unseen records (gain {e.gain:.0f})", lambda e: e.gain > e.required_gain
+)
+CONFIRMED = Gate[NameEvidence](
+    "confirmed",
+    "is not confirmed with the records exchanged (gain {e.exchanged_gain:.0f})",
+    lambda e: e.exchanged_gain > e.required_gain,
+    after="gain",
+)
 SIGNIFICANT = Gate[NameEvidence]("significant", "parameters not significant", lambda e: e.significant)
 WITHIN_LIMITS = Gate[NameEvidence](
     "within_limits", "{e.at_limit[0]} is at its physical limit", lambda e: not e.at_limit
@@ -283,12 +297,8 @@ class FullEvidence(NameEvidence):
 
 
 FULL_GATES: tuple[Gate[FullEvidence], ...] = (
-    Gate("gain", "explains too little of unseen records (gain {e.gain:.0f})", lambda e: e.gain > e.table.delta_lnL),
-    Gate(
-        "confirmed",
-        "is not confirmed with the records exchanged (gain {e.exchanged_gain:.0f})",
-        lambda e: e.exchanged_gain > e.table.delta_lnL,
-    ),
+    GAIN,
+    CONFIRMED,
     Gate("needed", "is not needed: every channel agrees without it", lambda e: not e.needless),
     SIGNIFICANT,
     WITHIN_LIMITS,

@@ -8,8 +8,6 @@ import numpy as np
 from checks.fitting.goodness import gaps, overall
 from checks.gap.decision.gates import AGREES, Claim, accepted
 from checks.gap.decision.result import Gaps, ModeGap
-from checks.gap.modelling.augmented import Member
-from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidate import Candidate
 
 ABOUT_MODE_HZ = 5.0
@@ -50,22 +48,11 @@ def gap_increased(before: Gaps, after: Gaps, agrees: float = AGREES, slack: floa
 def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
     """Return the model as it will be written: without unmodelled modes and unnamed effects, at the values of the joint
     fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
-    names = {c.effect.name for c in good}
-    response, kept_at = full.response, dict(full.at)
-    for m in response.counted:
-        if m.name not in names:
-            response = response.without(m.name)
-            kept_at |= _stood_for(m, full)
-    return replace(full, response=response, at=response.own_values(kept_at))
-
-
-def _stood_for(member: Member, full: Candidate) -> dict[str, float]:
-    """Return the values of the model's parameters behind an effect."""
-    if not isinstance(member, Effect):
-        return {}
-    values, model = full.response.of(full.at, member.name), full.response.model
-    own = {t: full.at.get(t, model.values[t]) for p in member.parameters for t in p.targets(model)}
-    return {t: values[p.name] + (own[t] if t in p.adds else 0.0) for p in member.parameters for t in p.targets(model)}
+    names, implied = {c.effect.name for c in good}, full.response.changes(full.at)
+    unnamed = [m for m in full.response.counted if m.name not in names]
+    response = full.response.without(*(m.name for m in unnamed))
+    stood_for = {t: implied[t] for m in unnamed for t in m.stands_for(full.response.model)}
+    return replace(full, response=response, at=response.own_values({**full.at, **stood_for}))
 
 
 def gaps_of(c: Candidate) -> Gaps:

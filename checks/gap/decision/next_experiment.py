@@ -1,119 +1,102 @@
-"""The experiment that would distinguish explanations: one that is predicted to do so by a sufficient margin.
+"""The experiment that would distinguish explanations: the one with the largest predicted separation of all of them.
 
 The difference of two explanations over all conditions, with all that the rival's parameters could make up for taken
-out, has a length: twice the gain in log-likelihood to expect of it. Priors do not count, except those of the modes of
-an APA ([GAP] 11).
+out, has a length: twice the gain in log-likelihood to expect of it, in units of the noise and the tolerance of the
+unit's own records. Priors do not count, except those of the modes of an APA ([GAP] 11). The worst pair counts first.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
-from checks.arrays import Complex
 from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
-from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, ExperimentKind
-from checks.gap.conditions.trial import ConditionTrial, together
-from checks.gap.decision.aliases import by_its_size, shares
-from checks.gap.decision.gates import Claim
+from checks.gap.conditions.kinds import ADDED_MASS, EVERY, OTHER_RESISTOR, REMOVED, SIDE_MASSES, ExperimentKind
+from checks.gap.conditions.trial import ConditionTrial, to_fit
+from checks.gap.decision.alternatives import Alternatives, needed_apart
+from checks.gap.decision.experiments import FinalExplanation
+from checks.gap.decision.gates import accepted
+from checks.gap.decision.prediction import Prediction
 from checks.gap.decision.result import Ambiguous
-from checks.gap.effects import EFFECTS
-from checks.gap.modelling.augmented import Values
-from checks.gap.modelling.condition import Together, marked
-from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import Experiment
-from checks.gap.search.candidate import Candidate
-from checks.gap.search.forward import SearchResult
-from checks.model.parameters import is_mode_factor
 
 # Twice the expected gain: eight times 12.5, what a name needs, because a large effect is not linear and a gain spreads.
 ENOUGH = 100.0
-MENU: tuple[tuple[ExperimentKind, float], ...] = (
-    *((ADDED_MASS, kg) for kg in (0.5, 1.0, 2.0, 5.0)),
-    *((OTHER_RESISTOR, ohm) for ohm in (20_000.0, 1.0)),
-)
+SPREAD = 3.0  # times what decides: a gain of 28 is above 9.2 in 96 of 100 records
 
 
-def choose_experiments(
-    rivals: Sequence[Ambiguous], claims: Sequence[Claim], result: SearchResult, full: Candidate, A: Dataset
-) -> tuple[Ambiguous, ...]:
-    """Return the rivals, each with the experiment that is predicted to distinguish it, if the menu has a possible
-    one. claims: those that passed every gate."""
-    return tuple(_with_experiment(a, claims, result, full, A) for a in rivals)
+def choose_experiments(decision: FinalExplanation, A: Dataset, made: Sequence[ConditionTrial]) -> tuple[Ambiguous, ...]:
+    """Return the rivals, each with the experiment that is predicted to separate its class best, the least troublesome
+    of those that do as well; as they are if none decides a pair beyond doubt. made: those that are there already."""
+    known = {(t.kind, t.value) for t in made}
+    rivals = decision.rivals
+    for claim in accepted(decision.claims):
+        of = decision.alternatives(claim)
+        best, worst = None, 0.0
+        decided: tuple[float, ...] = (0.0,)
+        for trial in (t for t in _menu(of, A) if (t.kind, t.value) not in known):
+            try:
+                apart, new = separations(of, trial)
+            except ModelError:
+                continue
+            if new > decided:
+                best, worst, decided = trial, float(np.sqrt(apart)), new
+            if decided[0] == ENOUGH:
+                break
+        if best is not None and decided[-1] == ENOUGH:
+            asks = {a: request(a.experiment, best.kind, best.value) for a in rivals if claim.effect.name in a.effects}
+            rivals = tuple(replace(a, experiment=asks[a], separation=worst) if a in asks else a for a in rivals)
+    return rivals
 
 
-def _with_experiment(
-    a: Ambiguous, claims: Sequence[Claim], result: SearchResult, full: Candidate, A: Dataset
-) -> Ambiguous:
-    claim = next((c for c in claims if c.effect.name in a.effects), None)
-    if claim is None:
-        return a
-    # A rival is another explanation of the search; a set of other calibrated values has no name in the library.
-    others: list[Candidate | None] = []
-    for name in a.effects:
-        if name != claim.effect.name:
-            rival = result.rival_of_names(frozenset({*full.names, name} - {claim.effect.name}))
-            if rival is None and name in EFFECTS:  # a lag of another form, not fitted: the menu changes neither
-                return a
-            others.append(rival)
-    first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(claim.effect.experiment, ADDED_MASS)
-    for kind, value in sorted(MENU, key=lambda each: each[0] is not first):
-        trial = ConditionTrial(kind.name, kind, value, A, A)
-        try:
-            least = min(separation(full, claim.effect, rival, A, trial) for rival in others)
-        except ModelError:
-            continue
-        if least > ENOUGH:
-            return replace(a, experiment=_words(a.experiment, kind, value))
-    return a
+def _menu(of: Alternatives, A: Dataset) -> Iterator[ConditionTrial]:
+    """Yield the experiments that could separate the members of a class, the sharpest and least troublesome first."""
+    first = {Experiment.RESISTOR: OTHER_RESISTOR}.get(of.claim.effect.experiment, ADDED_MASS)
+    places = {m.member.place for m in of.members if isinstance(m.member, GenericElement)}
+    kinds = sorted(EVERY, key=lambda kind: kind is not first) if of.names and not of.without_fit else []
+    for kind in kinds:
+        if kind not in REMOVED or kind.place in places:
+            sizes = kind.sizes if places or kind not in SIDE_MASSES else ()
+            yield from (ConditionTrial(kind.name, kind, size, A, A) for size in sizes)
+
+
+def request(before: str, kind: ExperimentKind, value: float | None) -> str:
+    """Return an experiment in words, with its entry of unit.toml. before: what was asked for before a prediction."""
+    key = "" if kind.value is None else f", {kind.value.name} = {value:g}"
+    entry = f'in unit.toml [[experiments]] kind = "{kind.name}"{key}'
+    if kind is ADDED_MASS:
+        return f"repeat with +{value:g} kg on the payload: {kind.why}; {entry}"
+    if kind is OTHER_RESISTOR and "resistor" not in before:
+        return f"{before}; or repeat with {kind.said(value)}; {entry}"
+    return f"repeat with {kind.said(value)}: {kind.why}; {entry}"
 
 
 def every_experiment() -> frozenset[str]:
     """Return every experiment that can be asked for, in words."""
     plain = [experiment.value for experiment in Experiment]
-    return frozenset([*plain, *(_words(before, kind, value) for before in plain for kind, value in MENU)])
+    sizes = [(kind, size) for kind in EVERY for size in kind.sizes]
+    return frozenset([*plain, *(request(before, *each) for before in plain for each in sizes)])
 
 
-def _words(before: str, kind: ExperimentKind, value: float) -> str:
-    key = "" if kind.value is None else f", {kind.value.name} = {value:g}"
-    entry = f'in unit.toml [[experiments]] kind = "{kind.name}"{key}'
-    if kind is ADDED_MASS:
-        why = "an added mass moves what depends on the payload, nothing else"
-        return f"repeat with +{value:g} kg on the payload: {why}; {entry}"
-    if "resistor" in before:
-        return f"repeat with {value:g} ohm across the sensor stack: only the sensor's circuit changes; {entry}"
-    return f"{before}; or repeat with {value:g} ohm across the sensor stack; {entry}"
+def separations(of: Alternatives, trial: ConditionTrial) -> tuple[float, tuple[float, ...]]:
+    """Return the smallest separation of a pair of a class under a condition with the noise of the unit's records, and
+    those of all pairs, rising: ENOUGH for one beyond doubt, 0 for one that decides nothing. Elements at one place are
+    no pair. Raises ModelError."""
+    table, data = of.whole.table, to_fit(trial.A, [trial])
+    first = Prediction.of(of.whole, data, [trial], first=True)
+    every = [(of.members[0], first), *((m, Prediction.of(m.whole, first.sets, [trial])) for m in of.members[1:])]
+    found = [(first.imitated(of.claim.effect)[1], table.two_delta_lnL)] if of.other_values else []
+    for (a, one), (b, other) in combinations(every, 2):
+        if not _same_place(a.member, b.member):
+            needed = needed_apart(replace(of.claim, effect=a.member), [b.member], table)
+            found.append((other.left([x - y for x, y in zip(one.H, other.H, strict=True)])[1], needed))
+    decided = (min(apart, ENOUGH) if apart > SPREAD * needed else 0.0 for apart, needed in found)
+    return min((apart for apart, _ in found), default=0.0), tuple(sorted(decided)) or (0.0,)
 
 
-def separation(full: Candidate, effect: Effect, rival: Candidate | None, A: Dataset, trial: ConditionTrial) -> float:
-    """Return twice the expected gain in log-likelihood under a condition with the noise of A. rival: another
-    explanation, or None for other calibrated values. Raises ModelError."""
-    every = together(full.response, [trial])
-    at = {p.name: p.begin for p in every.free(full.at)}
-    sets = [replace(d, H=every.frf(d.f, at, d.channels)) for d in (A, marked(A, trial.name))]
-    if rival is None:
-        own = {f"{effect.name}.{p.name}" for p in effect.parameters} | set(effect.stands_for(full.response.model))
-        free, other, there = [p for p in every.free(full.at) if p.name not in own], every, at
-        changes = [_change_under_all(full, effect, every, at, s) for s in sets]
-    else:
-        other = together(rival.response, [trial])
-        free = other.free(rival.at)
-        there = {p.name: p.begin for p in free}
-        changes = [s.H - other.frf(s.f, there, s.channels) for s in sets]
-    d = np.concatenate([s.whitener(c) for s, c in zip(sets, changes, strict=True)])
-    names = [p.name for p in free]
-    J = np.hstack([s.whitener(other.jacobian(s.f, names, there, s.channels)) for s in sets]).T
-    scatter = np.diag([1.0 / p.sd if is_mode_factor(p.name) else 0.0 for p in free])
-    _, rest = shares(np.vstack([J, scatter]), np.concatenate([d, np.zeros(len(names))]))
-    return float(rest @ rest)
-
-
-def _change_under_all(full: Candidate, effect: Effect, every: Together, at: Values, data: Dataset) -> Complex:
-    """Return the change (F, C) of the response by the effect: its derivative times its size, or the whole change if the
-    effect has no size."""
-    change = by_its_size(effect, full.response.model, every, at, data)
-    if change is not None:
-        return change
-    less = replace(every, base=full.response.without(effect.name))
-    return data.H - less.frf(data.f, at, data.channels)
+def _same_place(a: Member, b: Member) -> bool:
+    return isinstance(a, GenericElement) and isinstance(b, GenericElement) and a.place == b.place

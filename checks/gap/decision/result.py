@@ -70,11 +70,13 @@ class Named:
 @dataclass(frozen=True)
 class Ambiguous:
     """Explanations (each a set of effects) that the data do not distinguish, and the experiment that would. or_bench:
-    whether losses of the bench are one of them."""
+    whether losses of the bench are one of them; separation: of the pair that the experiment separates least, predicted,
+    in standard deviations of the records; None if it was not predicted."""
 
     effects: tuple[str, ...]
     experiment: str
     or_bench: bool = False
+    separation: float | None = None
 
 
 @dataclass(frozen=True)
@@ -154,6 +156,11 @@ class Tested:
     @property
     def holds(self) -> bool:
         return not self.against
+
+    @property
+    def refutes(self) -> bool:
+        """Return whether it refutes the explanation: another response to another level is no linear effect's."""
+        return bool(self.against and self.channels and not self.level)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,8 @@ import numpy as np
 
 from checks.fitting.fit import Fit
 from checks.gap.decision.aliases import any_lag_explains, imitation
-from checks.gap.decision.gates import SMALL_BESIDE, Claim
+from checks.gap.decision.alternatives import needed_apart
+from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import (
     AMBIGUOUS,
     EXPLAINED,
@@ -65,7 +66,8 @@ def named_effects(
 def _fitted_value(final: Fit, effect: Effect, name: str, model: Model) -> NamedValue:
     """Return a fitted value with its interval, which includes what the units of a learned batch have in common."""
     at, (lo, hi) = final.at[f"{effect.name}.{name}"], final.interval(f"{effect.name}.{name}")
-    common = TWO_SIDED_95 * max((abs(model.common_offset(t)) for t in effect.targets(model, name)), default=0.0)
+    targets = (t for p in effect.parameters if p.name == name for t in p.targets(model))
+    common = TWO_SIDED_95 * max((abs(model.common_offset(t)) for t in targets), default=0.0)
     half = float(np.hypot(hi - at, common))
     return NamedValue(at, at - half, at + half) if common else NamedValue(at, lo, hi)
 
@@ -85,23 +87,14 @@ def indistinguishable(result: SearchResult, claims: Sequence[Claim], table: Thre
         asks = {e.name: e.experiment for c in (result.best, *result.rivals) for e in c.response.effects}
         for rival in result.rivals:
             # An explanation with more parameters has to earn them, or whatever is flexible would rival every name.
-            apart = max(result.best.lnL - rival.lnL, result.best.score - rival.score)
-            if rival.response.unmodelled_modes:
-                continue
-            beyond = SMALL_BESIDE * claim.delta_lnL if _elsewhere(claim, rival) else 0.0
-            if apart < max(0.5 * table.two_delta_lnL, beyond):
+            apart = 2.0 * max(result.best.lnL - rival.lnL, result.best.score - rival.score)
+            needed = needed_apart(claim, rival.response.effects, table)
+            if not rival.response.unmodelled_modes and apart < needed:
                 alike |= {n for n in rival.names - names if _up_to_form(rival.names - {n}) == others}
         if len(alike) > 1:
             experiment = sharpest(asks[name] for name in sorted(alike))
             out.append(Ambiguous(tuple(sorted(alike)), experiment.value))
     return tuple(out)
-
-
-def _elsewhere(claim: Claim, rival: Candidate) -> bool:
-    """Return whether a rival has an element of the same kind as a claim's at another place. Places are distinguished by
-    a model that is right to its tolerance only, and small differences of large gains are beyond that."""
-    kinds = {e.of_kind for e in rival.response.effects if isinstance(e, GenericElement)}
-    return isinstance(claim.effect, GenericElement) and claim.effect.of_kind in kinds
 
 
 def _up_to_form(names: frozenset[str]) -> list[str]:

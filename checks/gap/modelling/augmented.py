@@ -183,7 +183,7 @@ class Augmented:
         """Return the model's parameters behind each name that is not the model's own; none for factors on channels."""
         out: dict[str, tuple[str, ...]] = {f"{m.name}.{p.name}": () for m in self._factors for p in m.parameters}
         out |= {f"{e.name}.{p.name}": p.targets(self.model) for e in self.effects for p in e.parameters}
-        return out | {n: self.shift.targets(n) for n in self.shift.names}
+        return out | {o.free.name: (o.target,) for o in self.shift.own}
 
     @cached_property
     def _factors(self) -> tuple[Member, ...]:

@@ -31,11 +31,8 @@ class Together:
 
     def free(self, start: Values = NOTHING) -> list[Free]:
         """Return all fitted parameters: the response's own, then those with a value of their own under a condition."""
-        return [*self.base.free(start), *self.own(start)]
-
-    def own(self, start: Values = NOTHING) -> list[Free]:
-        """Return the parameters with a value of their own under a condition."""
-        return [replace(p, start=start.get(p.name, p.start)) for s in self.shifts for p in s.free]
+        own = (p for s in self.shifts for p in s.free)
+        return [*self.base.free(start), *(replace(p, start=start.get(p.name, p.start)) for p in own)]
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
         """Return the response (F, C)."""

@@ -37,8 +37,8 @@ class Parameter:
     _: KW_ONLY
     lo: float
     hi: float
-    off: float
-    start: float
+    off: float = 0.0
+    start: float = 0.0
     scale: float
     sets: tuple[str, ...] = ()
     adds: tuple[str, ...] = ()
@@ -138,13 +138,6 @@ class Effect:
     def label(self) -> str:
         """Return the effect as a list of explanations shows it."""
         return self.name
-
-    def parameter(self, name: str) -> Parameter:
-        return next(p for p in self.parameters if p.name == name)
-
-    def targets(self, model: Model, parameter: str) -> tuple[str, ...]:
-        """Return the model's parameters behind one parameter of the effect."""
-        return self.parameter(parameter).targets(model)
 
     def stands_for(self, model: Model) -> tuple[str, ...]:
         """Return the model's parameters behind all parameters of the effect."""

@@ -133,7 +133,7 @@ def joint(place: str) -> GenericElement:
 @lru_cache(maxsize=64)
 def family(name: str, shares: tuple[str, ...]) -> GenericElement:
     """Return the parts of a family that are all off by one factor, on top of what each may be off alone."""
-    common = Parameter("factor", lo=-0.95, hi=20.0, off=0.0, start=0.0, scale=0.01, adds=shares)
+    common = Parameter("factor", lo=-0.95, hi=20.0, scale=0.01, adds=shares)
     return _element(name, "", JOINT, [common])
 
 
@@ -154,7 +154,7 @@ def _element(place: str, direction: str, kind: str, parameters: list[Parameter])
 
 
 def _free(name: str, sets: tuple[str, ...], reach: float, scale: float) -> Parameter:
-    return Parameter(name, lo=-reach, hi=reach, off=0.0, start=0.0, scale=scale, sets=sets)
+    return Parameter(name, lo=-reach, hi=reach, scale=scale, sets=sets)
 
 
 def _of_kind(head: str, direction: str, kind: str) -> Iterator[Parameter]:

@@ -39,7 +39,7 @@ class Shift:
         its own parameters."""
         out = dict(changes)
         for target, more in self.adds:
-            out[target] = out.get(target, model[target]) + more
+            out[target] = out.get(target, model.get(target, 0.0)) + more
         for target, factor in self.times:
             out[target] = out.get(target, model[target]) * factor
         return out | {o.target: values[o.free.name] for o in self.own}
@@ -51,9 +51,6 @@ class Shift:
         if any(o.target == target for o in self.own):
             return 0.0
         return dict(self.times).get(target, 1.0)
-
-    def targets(self, name: str) -> tuple[str, ...]:
-        return tuple(o.target for o in self.own if o.free.name == name)
 
 
 AS_IT_IS = Shift("")

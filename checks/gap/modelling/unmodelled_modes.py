@@ -121,17 +121,17 @@ MODE = RationalShape(
     "mode",
     (
         Parameter("f_Hz", lo=5.0, hi=5000.0, off=100.0, start=100.0, scale=1.0, grid=spread(15.0, 2000.0, 40)),
-        Parameter("ratio", lo=-5.0, hi=5.0, off=0.0, start=0.0, scale=0.01),
+        Parameter("ratio", lo=-5.0, hi=5.0, scale=0.01),
         Parameter("damping_ratio", lo=5e-4, hi=0.5, off=0.01, start=0.015, scale=0.005, grid=(0.006, 0.02)),
     ),
     _mode,
 )
 _CORNER = (
     Parameter("f_Hz", lo=0.05, hi=50_000.0, off=100.0, start=100.0, scale=5.0, grid=spread(0.5, 10_000.0, 16)),
-    Parameter("ratio", lo=-20.0, hi=20.0, off=0.0, start=0.0, scale=0.01),
+    Parameter("ratio", lo=-20.0, hi=20.0, scale=0.01),
 )
 LAG, SHELF = RationalShape("lag", _CORNER, _lag), RationalShape("shelf", _CORNER, _shelf)
-DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=50_000.0, off=0.0, start=0.0, scale=5.0),), _delay)
+DELAY = RationalShape("delay", (Parameter("tau_us", lo=-500.0, hi=50_000.0, scale=5.0),), _delay)
 
 
 def levels(merge_Hz: float, width: float) -> UnmodelledMode:
@@ -140,9 +140,9 @@ def levels(merge_Hz: float, width: float) -> UnmodelledMode:
     anything causal (2 / pi of it per e-fold of frequency: [BODE45] ch. 14; the best linear answer to noise is causal:
     [PS12] 3.4), and another gain above. It does not count as missing: the slow records measure it."""
     parameters = (
-        Parameter("lag_below", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
-        Parameter("lag_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=2.0 * width),
-        Parameter("gain_above", lo=-1.0, hi=1.0, off=0.0, start=0.0, scale=width, sd=4.0 * width),
+        Parameter("lag_below", lo=-1.0, hi=1.0, scale=width, sd=2.0 * width),
+        Parameter("lag_above", lo=-1.0, hi=1.0, scale=width, sd=2.0 * width),
+        Parameter("gain_above", lo=-1.0, hi=1.0, scale=width, sd=4.0 * width),
     )
 
     def factor(v: Values, s: Complex) -> Complex:
@@ -167,10 +167,10 @@ def _path(v: Values, s: Complex) -> Complex:
 PATH = RationalShape(
     "path",
     (
-        Parameter("tau_us", lo=-500.0, hi=1000.0, off=0.0, start=0.0, scale=USUAL_LAG_US, sd=USUAL_LAG_US),
-        Parameter("droop", lo=-30.0, hi=30.0, off=0.0, start=0.0, scale=1.0, sd=1.0),
-        Parameter("bend", lo=-30.0, hi=30.0, off=0.0, start=0.0, scale=1.0, sd=1.0),
-        Parameter("gain", lo=-0.5, hi=0.5, off=0.0, start=0.0, scale=USUAL_GAIN, sd=USUAL_GAIN),
+        Parameter("tau_us", lo=-500.0, hi=1000.0, scale=USUAL_LAG_US, sd=USUAL_LAG_US),
+        Parameter("droop", lo=-30.0, hi=30.0, scale=1.0, sd=1.0),
+        Parameter("bend", lo=-30.0, hi=30.0, scale=1.0, sd=1.0),
+        Parameter("gain", lo=-0.5, hi=0.5, scale=USUAL_GAIN, sd=USUAL_GAIN),
     ),
     _path,
 )
@@ -190,7 +190,7 @@ def is_path(member: object) -> TypeGuard[UnmodelledMode]:
 
 GAIN = RationalShape(
     "gain",
-    (Parameter("gain", lo=-3.0, hi=20.0, off=0.0, start=0.0, scale=0.01),),
+    (Parameter("gain", lo=-3.0, hi=20.0, scale=0.01),),
     lambda v, s: np.full(s.shape, 1.0 + v["gain"], dtype=complex),
 )
 LOWPASS = RationalShape(

@@ -14,7 +14,7 @@ from checks.arrays import Array
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths
 from checks.gap.search.candidate import Candidate
-from checks.gap.search.candidates import MANY, POLISH, Search
+from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import DisagreementFit, add_one, settle_if_held
 from checks.gap.search.forward import SearchResult, explain
 
@@ -72,8 +72,7 @@ def with_bench_paths(search: Search, bench: OnBench) -> Candidate:
     """Return the model with the paths of a bench: fitted to explain all, if that is adequate, else beside its
     disagreement."""
     response, at = bench.paths.response, bench.paths.at
-    held = search.advance(search.begin(response.holding_scatter(at), at), MANY)
-    whole = search.advance(search.free_scatter(held), POLISH)
+    whole = search.finish_to_the_end(search.begin(response.holding_scatter(at), at))
     return whole if whole.adequate else search.begin(response, at)
 
 
@@ -88,7 +87,9 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     such explanation is complete, or if every channel lags as on many a bench: which part of it causes what is not seen
     then."""
     best = found.best
-    if len(set(_lags(best))) > TWO_NAMES or _is_every_lag_usual(best):
+    tau = np.array([v for n, v in best.at.items() if n.startswith("unnamed_path") and n.endswith("tau_us")])
+    is_usual = np.abs(tau).min() > SAME_LAG_US and np.abs(tau).max() < TWICE * USUAL_LAG_US  # every lag
+    if is_usual or len(set(_lags(tau))) > TWO_NAMES:
         return None
     paths = best.response.paths
     response = best.response.without(*(m.name for m in paths))
@@ -100,20 +101,9 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     return replace(named, base=found.base, tried=(*found.tried, *named.tried))
 
 
-def _taus(c: Candidate) -> Array:
-    """Return the lag [us] of each channel."""
-    return np.array([v for n, v in c.at.items() if n.startswith("unnamed_path") and n.endswith("tau_us")])
-
-
-def _is_every_lag_usual(c: Candidate) -> bool:
-    size = np.abs(_taus(c))
-    return bool(size.min() > SAME_LAG_US and size.max() < TWICE * USUAL_LAG_US)
-
-
-def _lags(c: Candidate) -> list[int]:
-    """Return the number of the class of each channel's lag: channels of one class are not told apart, and those without
-    a lag are in none."""
-    tau = _taus(c)
+def _lags(tau: Array) -> list[int]:
+    """Return the number of the class of each channel's lag tau [us]: channels of one class are not told apart, and
+    those without a lag are in none."""
     group = list(range(tau.size))
     for i, j in combinations(range(tau.size), 2):
         if abs(tau[i] - tau[j]) < SAME_LAG_US:

@@ -1,7 +1,7 @@
 """Candidates of an explanation: which members of the library are tried, and from which start each is fitted."""
 
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -26,7 +26,6 @@ from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import project
-from checks.model.parameters import is_mode_factor
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -270,18 +269,22 @@ class Search:
         other = self.with_other_damping(c)
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
+    def begun_with(
+        self, base: Augmented, at: Mapping[str, float], member: Member, values: Mapping[str, float], steps: int
+    ) -> Candidate | None:
+        """Return a response with one more member, begun at values of its own beside those of the response (what it
+        stands for returns to its prior), the scatter held; None if the strut is not held there."""
+        response = base.with_member(member).holding_scatter(at)
+        taken = member.stands_for(response.model)
+        start = {k: v for k, v in at.items() if k not in taken} | {f"{member.name}.{k}": v for k, v in values.items()}
+        try:
+            return self.advance(self.begin(response, start), steps)
+        except ModelError:
+            return None
+
     def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Candidate]:
-        response = base.with_member(score.member).holding_scatter(at)
-        out = []
-        taken = score.member.stands_for(response.model)  # these return to their priors
-        kept = {k: v for k, v in at.items() if k not in taken and not is_mode_factor(k)}
-        for values in score.starts:
-            start = {**kept, **{f"{score.member.name}.{k}": v for k, v in values.items()}}
-            try:
-                out.append(self.advance(self.begin(response, start), FEW))
-            except ModelError:
-                continue
-        return out
+        begun = (self.begun_with(base, at, score.member, values, FEW) for values in score.starts)
+        return [c for c in begun if c is not None]
 
     def _coarse_start(self, base: Candidate, score: Score) -> list[Candidate]:
         """Start as a calibration does, from the priors and on few bins: if the calibration without the effect is far
@@ -315,13 +318,18 @@ class Search:
             simpler = self.refit(less, start)
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.prune(simpler)
-            for part in parts_of(member):
-                own = c.response.of(c.at, member.name)
-                at = start | {f"{part.name}.{p.name}": own[p.name] for p in part.parameters}
-                simpler = self.refit(less.with_member(part), at)
+            for simpler in self.with_parts(c, member, parts_of(member)):
                 if simpler.score > c.score and simpler.adequate >= c.adequate:
                     return self.prune(simpler)
         return c
+
+    def with_parts(self, c: Candidate, member: Member, parts: Sequence[GenericElement]) -> Iterator[Candidate]:
+        """Yield a candidate with one part of an element's dynamic stiffness at a time in its place."""
+        less, own = c.response.without(member.name), c.response.of(c.at, member.name)
+        for part in parts:
+            start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
+            with suppress(ModelError):
+                yield self.refit(less.with_member(part), {**less.own_values(c.at), **start})
 
     def swap_members(self, c: Candidate) -> list[Candidate]:
         """Return the candidates in which an effect takes the place of a member, from the other values of the candidate.
@@ -378,7 +386,7 @@ class Search:
                 out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
         return out
 
-    def _finish_to_the_end(self, c: Candidate) -> Candidate:
+    def finish_to_the_end(self, c: Candidate) -> Candidate:
         """Fit to the end, first with the scatter held, then with all parameters free."""
         end = self.advance(c, MANY)
         return self.advance(self.free_scatter(end), POLISH) if end.response.held else end
@@ -389,7 +397,7 @@ class Search:
         done = []
         for i, c in enumerate(best_of_each(started, lambda c: c.cost)):
             near = i < GO_ON and c.cost < NO_RIVAL * adequate
-            done.append(self._finish_to_the_end(c) if near else self.free_scatter(c))
+            done.append(self.finish_to_the_end(c) if near else self.free_scatter(c))
             if adequate == inf and near and done[-1].adequate:
                 adequate = done[-1].cost
         return sorted(done, key=lambda c: -c.score)

@@ -15,6 +15,7 @@ much better, not by the bins of a single peak.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -177,15 +178,11 @@ def score_of(member: Member, b: DisagreementFit) -> float:
 def _fit_with_member(search: Search, state: DisagreementFit, member: Member, values: Values) -> DisagreementFit | None:
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
-    start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
-    taken = member.stands_for(state.response.model)
-    start = {k: v for k, v in start.items() if k not in taken}
-    held = state.response.with_member(member).holding_scatter(state.at)
-    try:
-        c = search.free_scatter(search.advance(search.begin(held, start), STEPS_HELD))
-        return _at_values(c.response, c.at, search.B)
-    except ModelError:
-        return None
+    with suppress(ModelError):
+        if (c := search.begun_with(state.response, state.at, member, values, STEPS_HELD)) is not None:
+            c = search.free_scatter(c)
+            return _at_values(c.response, c.at, search.B)
+    return None
 
 
 def _fit_large(search: Search, state: DisagreementFit, member: Member, values: Values) -> DisagreementFit | None:

@@ -42,10 +42,6 @@ class SearchResult:
         response = self.best.response
         return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
 
-    def rival_of_names(self, names: frozenset[str]) -> Candidate | None:
-        """Return the rival explanation of exactly these members, None if none of them was fitted."""
-        return next((c for c in self.rivals if c.names == names), None)
-
     def continued_by(self, other: "SearchResult") -> "SearchResult":
         """Return the result together with that of a search that started from its end."""
         return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))

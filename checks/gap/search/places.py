@@ -9,7 +9,7 @@ reach.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,7 @@ from checks.gap.modelling.element import (
     joint,
     kinds_at,
 )
-from checks.gap.search.screen import Score, peaks
+from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.structure.attached import PlaceReceptances
 
@@ -133,7 +133,9 @@ class Places:
         """Return the best kinds at the best places, by falling gain. known: values at another place, to begin from
         too: what is large is not found from nothing."""
         out: dict[str, Score] = {}
-        for d in self.ranked[:FOLLOWED]:
+        # on the axis too: the best point beside it with any stiffness may be one of no kind
+        best = self.ranked[:FOLLOWED]
+        for d in dict.fromkeys(e for b in best for e in (b, Direction(b.place, b.direction))):
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)
                 if self._has(e):
@@ -141,36 +143,14 @@ class Places:
                 for values, gain in self._fits(e, d, known):
                     if e.name not in out or gain > out[e.name].gain:
                         out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
-        for score in map(self._joint, ("bottom_joint", "top_joint")):
-            if score is not None and JOINT in kinds:
-                out[score.member.name] = score
+        ends = [joint(place) for place in ("bottom_joint", "top_joint") if place in self.receptances.places]
+        for e in (e for e in ends if JOINT in kinds and not self._has(e)):  # small changes, each along its directions
+            out[e.name] = replace(screen(self.projected, e), looked=len(self.gains))
         return sorted(out.values(), key=lambda s: -s.gain)
 
     def _has(self, e: GenericElement) -> bool:
         """Return whether the model has an element there already, whose values it calibrates."""
         return any(t in self.projected.response.model.elements for q in e.sizes for t in q.sets)
-
-    def _joint(self, place: str) -> Score | None:
-        """Return the score of a joint of other stiffness and damping: small changes, each along its directions."""
-        if place not in self.receptances.places:
-            return None
-        p, e = self.projected, joint(place)
-        if self._has(e):
-            return None
-        s = self._s
-        rows = []
-        for parameter in e.parameters:
-            change = np.zeros_like(p.data.H)
-            for target in parameter.sets:
-                _, _, direction, quantity = target.split(".")
-                z = s if quantity.startswith("damper") else np.ones_like(s)
-                change += self.along(Direction(place, direction))[0] * (z * UNITS.get(quantity, 1.0))[:, None]
-            rows.append(change)
-        D = p.rows(np.array(rows))
-        best, *_ = np.linalg.lstsq(D.T, p.left, rcond=None)
-        gain = float(p.left @ p.left - np.sum((p.left - best @ D) ** 2))
-        values = {q.name: q.inside(float(v)) for q, v in zip(e.parameters, best, strict=True)}
-        return Score(e, gain, len(e.sizes), len(self.gains), (values,))
 
     def _fits(
         self, e: GenericElement, d: Direction, known: Mapping[str, float]

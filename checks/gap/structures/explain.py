@@ -3,7 +3,6 @@ struts have. Elements at every place, families of parts and filters in the signa
 of the library takes part."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
@@ -14,6 +13,7 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.calibrate import correct_records
+from checks.gap.decision.alternatives import Alternative
 from checks.gap.decision.build_result import fit_all_bins
 from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
@@ -137,7 +137,7 @@ def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]
 def _found(member: Unnamed, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
     """Return a member in words, with all that does as well in its place."""
     swapped = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
-    others = [(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
+    others = [Alternative(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
     return found_element(member, others, fit, best.response.model)
 
 
@@ -161,11 +161,8 @@ def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
     the others are not physical, one of these explains the data."""
     for m in c.response.members:
         if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
-            less, own = c.response.without(m.name), c.response.of(c.at, m.name)
-            for part in (element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)):
-                start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
-                with suppress(ModelError):
-                    yield search.refit(less.with_member(part), {**less.own_values(c.at), **start})
+            parts = [element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)]
+            yield from search.with_parts(c, m, parts)
 
 
 def _is_complete(search: Search, c: Candidate) -> bool:

@@ -17,6 +17,12 @@ from checks.model.structure.rigid_motion import lever
 ELEMENT = "element."  # beginning of the names of their values
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
 BETWEEN = " to "  # in the name of a place that reads the motion of one point against another
+SIDES = {
+    "+x": (0.03, 0.0),
+    "-x": (-0.03, 0.0),
+    "+y": (0.0, 0.03),
+    "-y": (0.0, -0.03),
+}  # [m] beside a place: its name ends so
 PER_UM = 1e6
 Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or the motion across it
 
@@ -89,8 +95,10 @@ def _attached(values: Mapping[str, float], head: str) -> Attached:
 
 
 def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Return the row (n,) that reads the motion of a place along a direction. Raises ModelError if the strut has no
-    such place."""
+    """Return the row (n,) that reads the motion of a place, or of its side, along a direction. Raises ModelError if the
+    strut has no such place."""
+    if place[-2:] in SIDES:
+        place, point = place[:-2], SIDES[place[-2:]]
     if place not in places:
         have = ", ".join(places)
         raise ModelError(f"an element is attached to {place}, which this strut does not have (has: {have})")

@@ -132,7 +132,13 @@ AS_WELL = ANSWER | {
 }
 
 
-@pytest.mark.parametrize("one", [ANSWER, AS_WELL, None])
+ASKED = ANSWER | {  # by prediction
+    "experiment": "repeat with whatever touches or hangs on the payload removed: an element there is then gone, all "
+    'else stays; in unit.toml [[experiments]] kind = "removed_from_payload"'
+}
+
+
+@pytest.mark.parametrize("one", [ANSWER, AS_WELL, ASKED, None])
 def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any] | None) -> None:
     checked(one or json.loads(json.dumps(analysed().document["elements"][0], sort_keys=True)))
 
@@ -146,6 +152,8 @@ def test_an_element_in_the_words_of_the_analysis_is_verified(one: dict[str, Any]
         {"sentence": ANSWER["sentence"] + " Explained as well by sensor highpass, a unit that is ACCEPTED."},
         {"experiment": "none: the unit is ACCEPTED"},
         {"experiment": ANSWER["experiment"] + ", and the unit ACCEPTED"},
+        {"experiment": ASKED["experiment"] + ", mass_kg = 0.5"},
+        {"experiment": ASKED["experiment"].replace("the payload removed", "the ACCEPTED unit removed")},
         {"sentence": ANSWER["sentence"].replace("a cable", "a good unit, ACCEPTED")},
         {"kind": "good unit"},
         {"sentence": ANSWER["sentence"].replace("120.88", "620.88")},  # red before: any number passed

@@ -9,8 +9,7 @@ import pytest
 from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under_experiment
-from checks.gap.conditions.trial import ConditionTrial, together
+from checks.gap.conditions.trial import ConditionTrial, together, under_experiment
 from checks.gap.decision.experiments import changed_channels
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
@@ -126,8 +125,9 @@ class TestHeld:
         assert case.told(case.trial("added_mass", 0.5)).verdict == "explained"
         wrong = replace(case.trial("added_mass", 1.0), value=0.5)
         result = case.told(wrong)
-        assert result.verdict == "partly_explained"
+        assert (result.verdict, result.named) == ("unexplained", ())
         assert not result.experiments[0].holds
+        assert any(t.reason.startswith("refuted: with 0.5 kg") for t in result.tried)
         assert any("does not hold" in u.words for u in result.unnamed)
 
     def test_another_answer_at_another_level_is_said_without_a_linear_name(self) -> None:

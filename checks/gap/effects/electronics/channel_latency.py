@@ -2,8 +2,9 @@
 ([FPW98] 4.3 for delays of converters; [HEIDENHAIN-LIN] for the time that an interpolation takes). One effect for each
 channel, because channels have converters of their own."""
 
-from checks.gap.modelling.effect import Effect, Parameter
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.usual_parameters import delay
 from checks.model.channel_paths import CHANNELS
 
 
@@ -12,18 +13,7 @@ def _of_channel(channel: str) -> Effect:
         name=f"channel_latency_{channel}",
         title=f"Latency of {channel}",
         does=f"exp(-s tau) on {channel}",
-        parameters=(
-            Parameter(
-                "tau_us",
-                lo=-500.0,
-                hi=5000.0,
-                off=0.0,
-                start=0.0,
-                scale=5.0,
-                sets=(f"bench.latency_{channel}_us",),
-                grid=(-100.0, 0.0, 30.0, 100.0),
-            ),
-        ),
+        parameters=(delay(f"bench.latency_{channel}_us"),),
         channels=(channel,),
         sign=f"the phase of {channel} alone falls in proportion to frequency, its magnitude stays",
         sentence=f"{channel} is sampled {{tau_us}} us later than the model says.",

@@ -1,8 +1,9 @@
 """A low-pass against aliasing before the converter of one channel ([OPPENHEIM10] 4.8 and 7.2: a Butterworth filter; far
 below its corner it is a delay and nothing else). One effect for each channel."""
 
-from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.usual_parameters import corner_of_lag
 from checks.model.channel_paths import CHANNELS
 
 
@@ -12,16 +13,7 @@ def _of_channel(channel: str) -> Effect:
         title=f"Low-pass of {channel}",
         does=f"Butterworth low-pass on {channel}; `order` is a real number, near a whole one if the band shows it",
         parameters=(
-            Parameter(
-                "f_Hz",
-                lo=50.0,
-                hi=200_000.0,
-                off=float("inf"),
-                start=5000.0,
-                scale=300.0,
-                sets=(f"bench.lowpass_{channel}_Hz",),
-                grid=spread(400.0, 30_000.0, 10),
-            ),
+            corner_of_lag(f"bench.lowpass_{channel}_Hz", 30_000.0, 10),
             Parameter(
                 "order",
                 lo=1.0,

@@ -10,16 +10,7 @@ EFFECT = Effect(
     title="Cross-talk into the sensor",
     does="adds this share of the amplifier's output (20 Va) to Vs",
     parameters=(
-        Parameter(
-            "V_per_V",
-            label="coupling",
-            lo=-1.0,
-            hi=1.0,
-            off=0.0,
-            start=0.0,
-            scale=1e-3,
-            sets=("sensor.crosstalk_V_per_V",),
-        ),
+        Parameter("V_per_V", label="coupling", lo=-1.0, hi=1.0, scale=1e-3, sets=("sensor.crosstalk_V_per_V",)),
     ),
     channels=("Vs",),
     sign="the zeros of Vs move, its poles stay; the same constant is missing at every frequency",

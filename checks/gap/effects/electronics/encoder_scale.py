@@ -8,17 +8,7 @@ EFFECT = Effect(
     name="encoder_scale",
     title="Scale of the encoder",
     does="multiplies de by 1 + relative",
-    parameters=(
-        Parameter(
-            "relative",
-            lo=-0.9,
-            hi=5.0,
-            off=0.0,
-            start=0.0,
-            scale=0.01,
-            sets=("encoder.scale",),
-        ),
-    ),
+    parameters=(Parameter("relative", lo=-0.9, hi=5.0, scale=0.01, sets=("encoder.scale",)),),
     channels=("de",),
     sign="de alone is larger or smaller by one factor at every frequency",
     sentence="The encoder's scale is off by {relative} (relative).",

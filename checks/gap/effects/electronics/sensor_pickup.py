@@ -12,18 +12,7 @@ EFFECT = Effect(
     name="sensor_pickup",
     title="Common return of drive and sensor",
     does="adds tau times the derivative of the amplifier's output (20 Va) to Vs",
-    parameters=(
-        Parameter(
-            "tau_us",
-            label="coupling",
-            lo=-1000.0,
-            hi=1000.0,
-            off=0.0,
-            start=0.0,
-            scale=0.1,
-            sets=("sensor.pickup_us",),
-        ),
-    ),
+    parameters=(Parameter("tau_us", label="coupling", lo=-1000.0, hi=1000.0, scale=0.1, sets=("sensor.pickup_us",)),),
     channels=("Vs",),
     sign="the zeros of Vs move, its poles stay; what is missing grows in proportion to frequency",
     sentence="The derivative of the amplifier's output, times {tau_us} us, adds to Vs: drive and sensor share a return "

@@ -14,8 +14,6 @@ EFFECT = Effect(
             label="mass",
             lo=-0.07,
             hi=0.5,
-            off=0.0,
-            start=0.0,
             scale=0.005,
             adds=("encoder.head_mass_kg", "encoder.ruler_mass_kg"),
         ),

@@ -6,8 +6,9 @@ With a residue of its own in each channel it is what any small oscillator beside
 hangs on the head, a cable, a payload that tilts. Blind units with such a mass were called a support, and what was left
 a misalignment. So it is not searched for: what it explains is shown as a pole without a name."""
 
-from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
+from checks.gap.modelling.usual_parameters import damping_of_mode, frequency_of_mode
 from checks.model.channel_paths import CHANNELS
 
 EFFECT = Effect(
@@ -15,40 +16,12 @@ EFFECT = Effect(
     title="Mode of the support",
     does="adds ratio g0 w^2/(s^2 + 2 z w s + w^2) to each channel, g0 its own static gain",
     parameters=(
-        Parameter(
-            "f_Hz",
-            lo=10.0,
-            hi=1800.0,
-            off=400.0,
-            start=400.0,
-            scale=1.0,
-            sets=("bench.support_mode_Hz",),
-            grid=spread(15.0, 1500.0, 40),
-            limit_at=400.0,
-        ),
+        frequency_of_mode("bench.support_mode_Hz", 400.0),
         *(
-            Parameter(
-                f"ratio_{channel}",
-                lo=-5.0,
-                hi=5.0,
-                off=0.0,
-                start=0.0,
-                scale=0.01,
-                sets=(f"bench.support_mode_ratio_{channel}",),
-            )
+            Parameter(f"ratio_{channel}", lo=-5.0, hi=5.0, scale=0.01, sets=(f"bench.support_mode_ratio_{channel}",))
             for channel in CHANNELS
         ),
-        Parameter(
-            "damping_ratio",
-            lo=5e-4,
-            hi=0.3,
-            off=0.01,
-            start=0.015,
-            scale=0.005,
-            sets=("bench.support_mode_damping_ratio",),
-            grid=(0.006, 0.02),
-            limit_at=0.01,
-        ),
+        damping_of_mode("bench.support_mode_damping_ratio"),
     ),
     channels=CHANNELS,
     sign="one resonance adds to every channel, with a residue of its own in each",

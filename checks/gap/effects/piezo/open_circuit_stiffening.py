@@ -7,17 +7,7 @@ EFFECT = Effect(
     name="open_circuit_stiffening",
     title="Stiffening by the open circuit",
     does="stacks without a path for their charge are stiffer",
-    parameters=(
-        Parameter(
-            "ratio",
-            lo=-0.5,
-            hi=5.0,
-            off=0.0,
-            start=0.0,
-            scale=0.02,
-            sets=("apa.sensor_stiffening",),
-        ),
-    ),
+    parameters=(Parameter("ratio", lo=-0.5, hi=5.0, scale=0.02, sets=("apa.sensor_stiffening",)),),
     channels=("Vs", "da"),
     sign="the axial mode and the zero of Vs move up together, with less motion per volt",
     sentence="The sensor stack, open, is stiffer by {ratio} (relative).",

@@ -9,8 +9,7 @@ import numpy as np
 
 from accept.models.model_file import open_model
 from checks.gap.conditions.kinds import EXPERIMENT_KINDS
-from checks.gap.conditions.simulated import under_experiment
-from checks.gap.conditions.trial import ConditionTrial
+from checks.gap.conditions.trial import ConditionTrial, under_experiment
 from checks.gap.decision.result import Result
 from checks.gap.effects import with_effects
 from checks.gap.workflow import Inputs, run

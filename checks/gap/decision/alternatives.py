@@ -1,0 +1,86 @@
+"""The class of a claim: all that explains the records as well, each a whole explanation that can predict responses
+under a changed condition ([GAP] 11). Library effects and elements of the mechanics are members alike; other values of
+calibrated parameters are one without a fit of its own."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Generic, TypeVar
+
+from checks.gap.decision.gates import SMALL_BESIDE, Claim
+from checks.gap.decision.result import Ambiguous
+from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import GenericElement
+from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.search.candidate import Candidate
+
+OTHER_VALUES = "other values of"
+M = TypeVar("M", bound=Member, covariant=True)
+
+
+def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> float:
+    """Return the difference in twice the log-likelihood from which on an explanation with other members is worse than
+    one with a claim's effect. Places of elements of one kind are distinguished by a model that is right to its
+    tolerance only, and small differences of large gains are beyond that."""
+    kinds = {e.of_kind for e in others if isinstance(e, GenericElement)}
+    elsewhere = isinstance(claim.effect, GenericElement) and claim.effect.of_kind in kinds
+    return max(table.two_delta_lnL, 2.0 * SMALL_BESIDE * claim.delta_lnL if elsewhere else 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative(Generic[M]):
+    """A member of a class, and the whole explanation with it."""
+
+    member: M
+    whole: Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Alternatives:
+    """claim: the best; rivals: all that cannot be distinguished; fitted: other adequate explanations, with rivals among
+    them; whole: the explanation with the claim."""
+
+    claim: Claim
+    rivals: Sequence[Ambiguous]
+    fitted: Sequence[Candidate]
+    whole: Candidate
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of what does as well as the claim."""
+        own = self.claim.effect.name
+        return tuple(sorted({n for a in self.rivals if own in a.effects for n in a.effects} - {own}))
+
+    @cached_property
+    def members(self) -> tuple[Alternative[Effect], ...]:
+        """Return the claim, then what does as well and was fitted, the best first."""
+        best: dict[str, Alternative[Effect]] = {}
+        others = {*self.names} - (self.whole.names - {self.claim.effect.name})
+        for c in sorted(self.fitted, key=lambda c: -c.score):
+            for e in c.response.effects:
+                if e.name in others:
+                    best.setdefault(e.name, Alternative(e, c))
+        return (Alternative(self.claim.effect, self.whole), *best.values())
+
+    @property
+    def elements(self) -> list[Alternative[GenericElement]]:
+        """Return the members, without the claim, that are elements of the mechanics."""
+        return [Alternative(m.member, m.whole) for m in self.members[1:] if isinstance(m.member, GenericElement)]
+
+    @property
+    def without_fit(self) -> tuple[str, ...]:
+        """Return the names of effects that were not fitted: lags of another form, which no experiment changes."""
+        return tuple(n for n in self.names if n in EFFECTS and n not in {m.member.name for m in self.members})
+
+    @property
+    def request(self) -> str:
+        """Return the experiment that is predicted to separate the class, "" if none is."""
+        own = (a for a in self.rivals if self.claim.effect.name in a.effects and a.separation is not None)
+        return next((a.experiment for a in own), "")
+
+    @property
+    def other_values(self) -> bool:
+        """Return whether other values of calibrated parameters do as well."""
+        return any(n.startswith(OTHER_VALUES) for n in self.names)
