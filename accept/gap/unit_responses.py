@@ -1,5 +1,6 @@
-"""The measured responses of a unit, from the records that its folder names under [frf]; and two realisations of all that
-was measured, one to fit and one to judge with: of a unit as it is and under every condition of its experiments."""
+"""The measured responses of a unit, from the records that its folder names under [frf]; and two realisations of
+everything measured, one to fit and one to judge with: of a unit as it is and under every condition of its experiments.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
