@@ -132,7 +132,8 @@ def one_line(document: Mapping[str, Any]) -> str:
     parts = [_effect_with_values(n) for n in document["named"]]
     parts += [f"{' or '.join(map(words_of, a['effects']))} (cannot be distinguished)" for a in document["ambiguous"]]
     parts += [e["sentence"].partition(";")[0] for e in document.get("elements", ())]
-    parts += [f"unidentified effect on {u['channel']}{_pole_words(u)}" for u in document["unnamed"]]
+    poles = ((u["channel"], "".join(f" ({f:.1f} Hz)" for f in u["poles_Hz"][:1])) for u in document["unnamed"])
+    parts += [f"unidentified effect on {channel}{pole}" for channel, pole in poles]
     explained = document["named"] or document["ambiguous"] or document.get("elements")
     head = f"{HEADLINE[document['verdict']].lower()}: " if explained else ""
     left = f"G of {gap_of(document)}" if explained else f"remaining G of {_worst_channel(document)}"
@@ -182,10 +183,6 @@ def in_order(n: Mapping[str, Any]) -> list[str]:
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
-
-
-def _pole_words(u: Mapping[str, Any]) -> str:
-    return f" ({u['poles_Hz'][0]:.1f} Hz)" if u["poles_Hz"] else ""
 
 
 MISALIGNMENT = "misalignment"  # `accept misalign` estimates it too, from fewer data: the report says which these are
