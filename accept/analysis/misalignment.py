@@ -4,7 +4,7 @@ from typing import cast
 
 from accept.analysis.given_responses import Given, responses_given
 from accept.base.console import say
-from accept.base.documents.misalignment import MisalignmentDocument, Offset
+from accept.base.documents.analyses import MisalignmentDocument, Offset
 from accept.gap import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, open_model_file

@@ -8,12 +8,11 @@ from accept.analysis.given_responses import Given, responses_given
 from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap import Responses, responses
-from accept.models.model_file import OpenedModel, default_model, open_model_file, write_model
+from accept.models.model_file import OpenedModel, default_model, fit_record, open_model_file, write_model
 from accept.units.loaded_unit import LoadedUnit, loaded
 from checks.errors import ModelError
 from checks.fitting import F_HI, F_LO, ModelFit, fit_model
 from checks.model import frequency_grid
-from specs.model_sections import FitRecord
 from specs.units import unit_of
 
 
@@ -75,13 +74,11 @@ def fit_unit(
 def write_fitted(path: Path, fitted: FittedModel) -> None:
     """Write the fitted model as a file, with its covariance and where it came from."""
     fit, base = fitted.fit, fitted.base
-    record = FitRecord(
-        names=list(fit.names),
-        covariance=[[float(v) for v in row] for row in fit.cov],
-        model=base.spec.name,
-        model_sha256=base.model.sha256,
-        serial=fitted.measured.serial,
-        inputs=fitted.measured.inputs,
+    record = fit_record(
+        fit,
+        base,
+        fitted.measured.serial,
+        fitted.measured.inputs,
         G={c: g.G for c, g in fitted.after.items()},
         G_not_fitted={c: g.G for c, g in fitted.held_out.items()},
         doubt=fitted.doubt,

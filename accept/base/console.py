@@ -71,15 +71,12 @@ def _on_one_line(shown: Any) -> Any:
     """Return a text, or a table's cells, without line breaks; column titles may have some, they are the program's own.
     On a narrow terminal a long word goes on in the next line of its cell: rich would put dots for its end."""
     if isinstance(shown, Table):
+        folded: dict[OverflowMethod, OverflowMethod] = {"ellipsis": "fold"}
         shown.columns = [
-            replace(c, _cells=[_on_one_line(cell) for cell in c.cells], overflow=_unless_dots(c.overflow))
+            replace(c, _cells=[_on_one_line(cell) for cell in c.cells], overflow=folded.get(c.overflow, c.overflow))
             for c in shown.columns
         ]
     return one_line(shown) if isinstance(shown, str) else shown
-
-
-def _unless_dots(overflow: OverflowMethod) -> OverflowMethod:
-    return "fold" if overflow == "ellipsis" else overflow
 
 
 def clear_errors(command: Callable[P, Exit]) -> Callable[P, Exit]:

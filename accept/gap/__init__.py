@@ -15,17 +15,18 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from accept.gap.analyse_unit import GapAnalysis, analyse
+    from accept.gap.analyse_unit import GapAnalysis, GapJob, analyse
     from accept.gap.attach_to_result import explain_folder, explain_result, with_explanation
     from accept.gap.fleet import are_settled, common, lines
-    from accept.gap.job import GapJob
-    from accept.gap.sentences import G_NOTE, findings, gap_by_channel
     from accept.gap.start_model import StartModel, applies, stands
     from accept.gap.text import (
+        G_NOTE,
         GAP_PICTURES,
         REFUSED,
         beside_truth,
         data_words,
+        findings,
+        gap_by_channel,
         gap_number,
         headline_of_document,
         on_certificate,

@@ -1,22 +1,22 @@
-"""The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out."""
+"""The gap workflow on a unit folder: records in; gap.json, gap.pdf and the improved model out, here or in a worker."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from accept.base.atomic_files import write_atomic
+from accept.base.console import say
+from accept.base.worker_process import too_large
 from accept.gap.document import to_json
-from accept.gap.empirical import AddedElement, write_with_elements
-from accept.gap.improved_model import write_improved
-from accept.gap.realisations import F_LO, realisations, trials_of
-from accept.gap.summary import summary
+from accept.gap.improved_model import AddedElement, write_improved, write_with_elements
+from accept.gap.report import summary
 from accept.gap.text import words_of
-from accept.gap.unit_responses import Responses, channels_of, responses
+from accept.gap.unit_responses import SEARCH_LO, Responses, channels_of, realisations, responses, trials_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
-from accept.units.unit_folder import UnitFolder
+from accept.units.unit_folder import UnitError, UnitFolder
 from checks.errors import ModelError, RecordError
 from checks.fitting import (
     CHANNELS,
@@ -134,7 +134,7 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
     write_atomic(out / "gap.json", json.dumps(document, indent=1, allow_nan=False).encode())
     write_atomic(out / "gap.pdf", render(done.measured.serial, done.result, added))
     if html:
-        from accept.gap.report_html import render_html
+        from accept.gap.report import render_html
 
         write_atomic(out / "gap.html", render_html(done.measured.serial, done.result, added))
     return added
@@ -155,12 +155,12 @@ def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[st
     if (asked := unit.unexpected_channel(RESPONSES)) is not None:
         notes = (f"{asked} It is not used", *notes)
     try:
-        return responses(unit, tolerance, f_lo=F_LO, f_hi=f_hi), notes
+        return responses(unit, tolerance, f_lo=SEARCH_LO, f_hi=f_hi), notes
     except RecordError as e:
         first = e
     for kept in (kept for kept in FEWER if set(kept) < set(has)):
         try:
-            found = responses(unit, tolerance, channels=kept, f_lo=F_LO, f_hi=f_hi)
+            found = responses(unit, tolerance, channels=kept, f_lo=SEARCH_LO, f_hi=f_hi)
         except RecordError:
             continue
         lost = ", ".join(c for c in has if c not in kept)
@@ -192,3 +192,35 @@ def _slow(unit: LoadedUnit) -> Record | None:
     except RecordError:
         return None
     return record if isinstance(record, Record) else None
+
+
+@dataclass(frozen=True, eq=False)
+class GapAnswer:
+    """gap.json, and lines for a person."""
+
+    document: Mapping[str, Any]
+    words: Sequence[str]
+
+
+@dataclass(frozen=True)
+class GapJob:
+    """The gap analysis of a unit; its files go into `out`."""
+
+    unit: UnitFolder
+    out: Path
+    model: str
+    without: tuple[str, ...] = ()
+    empirical: bool = False
+    html: bool = False
+
+    def run(self) -> GapAnswer | str:
+        """Return the answer, or the reason if there is no answer."""
+        serial = self.unit.serial
+        try:
+            done = analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))
+        except (GapRefused, ModelError, RecordError, UnitError) as e:
+            return str(e)
+        except MemoryError:
+            return too_large()
+        added = write(done, self.out, self.empirical, self.html)
+        return GapAnswer(done.document, summary(serial, done.result, added))

@@ -18,7 +18,7 @@ from reportlab.platypus import (
 )
 
 from accept.gap.document import to_json
-from accept.gap.empirical import AddedElement, elements_of
+from accept.gap.improved_model import AddedElement, elements_of
 from accept.gap.report import report
 from accept.gap.text import headline_of_document
 from accept.pictures import blocks

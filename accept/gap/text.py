@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from accept.pictures.blocks import Role, Sentence, Table
 from checks.gap import GapVerdict
 from checks.rounding import rounded
 
@@ -131,7 +132,8 @@ def one_line(document: Mapping[str, Any]) -> str:
     parts = [_effect_with_values(n) for n in document["named"]]
     parts += [f"{' or '.join(map(words_of, a['effects']))} (cannot be distinguished)" for a in document["ambiguous"]]
     parts += [e["sentence"].partition(";")[0] for e in document.get("elements", ())]
-    parts += [f"unidentified effect on {u['channel']}{_pole_words(u)}" for u in document["unnamed"]]
+    poles = ((u["channel"], "".join(f" ({f:.1f} Hz)" for f in u["poles_Hz"][:1])) for u in document["unnamed"])
+    parts += [f"unidentified effect on {channel}{pole}" for channel, pole in poles]
     explained = document["named"] or document["ambiguous"] or document.get("elements")
     head = f"{HEADLINE[document['verdict']].lower()}: " if explained else ""
     left = f"G of {gap_of(document)}" if explained else f"remaining G of {_worst_channel(document)}"
@@ -183,5 +185,35 @@ def in_order(n: Mapping[str, Any]) -> list[str]:
     return sorted(n["parameters"], key=lambda k: (declared.index(k) if k in declared else len(declared), k))
 
 
-def _pole_words(u: Mapping[str, Any]) -> str:
-    return f" ({u['poles_Hz'][0]:.1f} Hz)" if u["poles_Hz"] else ""
+MISALIGNMENT = "misalignment"  # `accept misalign` estimates it too, from fewer data: the report says which these are
+G_NOTE = "G: squared residual over noise and stated tolerance, on records that were not fitted; 1 or less agrees."
+
+
+def findings(document: Mapping[str, Any], fitted_to: str = "") -> list[Sentence]:
+    """Return what gap.json, or a judged unit's key `gap`, says was found: named effects, elements, rivals with the
+    experiment that distinguishes them, and unidentified effects. fitted_to: the responses that a fit used."""
+    out = []
+    for n in document["named"]:
+        data = [f"fitted to {fitted_to}"] if fitted_to and n["effect"] == MISALIGNMENT else []
+        out.append(Sentence(n["sentence"], Role.FOUND, (parameters(n),), (f"p {chance(n['evidence']['p'])}", *data)))
+    for e in document.get("elements", ()):
+        out.append(Sentence(e["sentence"], Role.FOUND, (f"Next experiment: {e['experiment']}.",)))
+    for a in document["ambiguous"]:
+        effects = ", ".join(map(words_of, a["effects"]))
+        out.append(Sentence(f"Cannot be distinguished: {effects}. Next experiment: {a['experiment']}.", Role.RIVAL))
+    return out + [Sentence(f"Unidentified effect: {_unnamed(u)}", Role.UNNAMED) for u in document["unnamed"]]
+
+
+def _unnamed(u: Mapping[str, Any]) -> str:
+    """Return the channel, poles and zeros of an entry of `unnamed`, and the effects that were tried for it."""
+    zeros = ", ".join(f"{f:.1f} Hz" for f in u["zeros_Hz"]) or "none"
+    poles = poles_of(u["poles_Hz"], u.get("poles_ci95", ()), u.get("at_edge", False))
+    level = ", depends on the level" if u["level_dependent"] else ""
+    return f"{u['channel']}, poles {poles}, zeros {zeros}{level}. {u.get('words', '')}".strip()
+
+
+def gap_by_channel(document: Mapping[str, Any]) -> Table:
+    """Return the gap before and after, from gap.json or a judged unit's key `gap`."""
+    before, after = (document[key]["channels"] for key in ("gap_before", "gap_after"))
+    rows = tuple((c, gap_number(G), gap_number(after[c])) for c, G in before.items())
+    return Table("The gap by channel", G_NOTE, ("Channel", "G before", "G after"), rows)

@@ -163,8 +163,8 @@ def last_resolved(store: Store, bench: str = "", until: float = math.inf) -> int
     for event in store.events(what=GoldenResolved.KIND):
         said = GoldenResolved.of(event)
         present = max((seq for seq in stops if seq < event.seq), default=0)
-        lifts = said.missed == present and _lifts(said, bench)  # signed for this stop, and not for one before
-        if lifts and event.seq < until:
+        for_this = said.missed == present and said.bench in ("", bench)  # and not for a stop before
+        if for_this and event.seq < until and problem_here(GoldenResolved.KIND, _content(said), said.signed) is None:
             lifted = event.seq
     return lifted
 
@@ -242,10 +242,6 @@ def _counted(store: Store) -> list[Event]:
 
 def _change(serial: str, said: GoldenNamed | GoldenRetired) -> dict[str, Any]:
     return {"serial": serial, **replace(said, signed=None).to_json()}
-
-
-def _lifts(said: GoldenResolved, bench: str) -> bool:
-    return said.bench in ("", bench) and problem_here(GoldenResolved.KIND, _content(said), said.signed) is None
 
 
 def _content(said: GoldenResolved) -> dict[str, Any]:

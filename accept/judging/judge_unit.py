@@ -250,7 +250,6 @@ def _at_temperature(outcome: Outcome, asked: CheckSpec, temperature: Measured | 
 
 
 def _completed(outcome: Outcome, asked: CheckSpec, reason: Reason) -> Outcome:
-    """Return the outcome with every quantity that the spec limits."""
     found = {q.name for q in outcome.quantities}
     missing = [Quantity.missing(name, reason) for name in asked.limits if name not in found]
     return replace(outcome, quantities=(*outcome.quantities, *missing))
@@ -281,7 +280,6 @@ def _model_of(check: Check, asked: CheckSpec, models: Models) -> "dict[str, Mode
 
 
 def _judged(name: str, asked: CheckSpec, outcome: Outcome) -> list[Finding]:
-    """Return the findings of all limited quantities, one each."""
     found = {q.name: q for q in outcome.quantities}
     return [judge(name, found[key], limit, asked.required) for key, limit in asked.limits.items() if key in found]
 

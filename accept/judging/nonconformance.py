@@ -26,7 +26,7 @@ from accept.judging.decisions import (
     signed_content,
 )
 from accept.judging.superseded import Approval, are_same, measured_values, superseded
-from accept.judging.voids import Void, voids
+from accept.judging.voids import voids
 from accept.store import Event, Store
 from accept.store.payloads import (
     AttemptStarted,
@@ -230,7 +230,7 @@ def _same(one: Decision, other: Decision) -> bool:
     return (one.choice, one.reason, persons[0]) == (other.choice, other.reason, persons[1])
 
 
-def _words_of(void: Void) -> str:
+def _words_of(void: AttemptVoided) -> str:
     return f"attempt {void.attempt}, with the same values, was declared void: {void.words}"
 
 

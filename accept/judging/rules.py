@@ -90,7 +90,6 @@ class Case:
 
 
 def _doubted(record: UnitRecord, doubts: Mapping[str, Reason]) -> UnitRecord:
-    """Return the record with the findings of these checks weakened."""
     found = (f.weakened(doubts[f.check]) if f.check in doubts else f for f in record.findings)
     return replace(record, findings=tuple(found))
 
@@ -150,7 +149,6 @@ def withhold_copies(record: UnitRecord) -> UnitRecord:
 
 
 def _without(finding: Finding, copy: Mapping[str, Any] | None) -> Finding:
-    """Return the finding without a result if its recording is a copy."""
     if copy is None:
         return finding
     named, more = copy["with"][:NAMED], len(copy["with"]) - NAMED

@@ -217,7 +217,6 @@ def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
 
 
 def _records(entry: UnitRecord, check: str) -> list[Channels]:
-    """Return the recordings that a check reads."""
     section = section_read_by(check)
     return [c for name, c in entry.samples.items() if name.partition("/")[0] == section and not is_typed(name)]
 

@@ -5,7 +5,7 @@ valid, and it makes no earlier judgement valid again: the unit is judged once mo
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from accept.judging.decisions import Opens, problem_here, sign_decision
@@ -16,22 +16,6 @@ from specs.errors import AcceptError
 
 class VoidError(AcceptError, ValueError):
     """An attempt that cannot be declared void; the text says why."""
-
-
-@dataclass(frozen=True)
-class Void:
-    """A decision that a judgement is void. judged: number of its event."""
-
-    judged: int
-    attempt: int
-    reason: str
-    person: str
-    time: str
-
-    @property
-    def words(self) -> str:
-        """The decision in words: `wrong lead (Grace, 2026-10-12)`."""
-        return f"{self.reason} ({self.person}, {self.time[:10]})"
 
 
 def void(store: Store, serial: str, attempt: int, reason: str, opens: Opens) -> str:
@@ -55,11 +39,11 @@ def void(store: Store, serial: str, attempt: int, reason: str, opens: Opens) -> 
     return str(UnitJudged.of(event).result.verdict)
 
 
-def voids(store: Store, serial: str | None = None) -> dict[int, Void]:
+def voids(store: Store, serial: str | None = None) -> dict[int, AttemptVoided]:
     """Return number of a judgement's event -> the decision that it is void, of one unit or of all. A decision without a
     valid signature of quality assurance does not count, nor one about an event of another store. Raises StoreError."""
     said = [AttemptVoided.of(event) for event in counted(store, store.events(serial, AttemptVoided.KIND))]
-    return {s.judged: Void(s.judged, s.attempt, s.reason, s.signed.person, s.signed.time) for s in said if s.signed}
+    return {each.judged: each for each in said}
 
 
 def counted(store: Store, events: Iterable[Event]) -> Iterator[Event]:

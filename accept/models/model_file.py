@@ -12,11 +12,13 @@ from tomlkit import TOMLDocument
 
 from accept.base.atomic_files import write_atomic
 from checks.errors import ModelError
+from checks.fitting import Fit
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
 from checks.model import (
     ELEMENT,
     UNIDENTIFIED,
+    ModalApa,
     Model,
     Superelement,
     UnidentifiedElement,
@@ -27,6 +29,7 @@ from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
 from specs.plugins import product_named
+from specs.units import model_label
 
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
@@ -175,6 +178,15 @@ def write_model(
     return read
 
 
+def fit_record(fit: Fit, base: OpenedModel, serial: str, inputs: dict[str, str], **more: Any) -> FitRecord:
+    """Return where fitted values came from: with their covariance, the model before and the unit. more: its G."""
+    covariance = [[float(v) for v in row] for row in fit.cov]
+    return FitRecord(
+        names=list(fit.names), covariance=covariance, model=base.spec.name, model_sha256=base.model.sha256,
+        serial=serial, inputs=inputs, **more,
+    )  # fmt: skip
+
+
 def _set(document: TOMLDocument, spec: ModelSpec, flat: str, value: float, sd: float | None) -> None:
     """Write one number to the place of its flat name. A number in a list of three becomes `{ value, sd }`."""
     if flat not in spec.values and not math.isfinite(value):
@@ -250,7 +262,6 @@ def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
 
 
 def _append(document: TOMLDocument, key: str, values: Mapping[str, Any]) -> None:
-    """Append a table to an array of tables."""
     if key not in document:
         document[key] = tomlkit.aot()
     entry = tomlkit.table()
@@ -278,3 +289,9 @@ def _relative_path(folder: Path, file: Path) -> str:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
     except ValueError:
         return file.resolve().as_posix()
+
+
+def value_label(model: Model, name: str) -> str:
+    """Return the label of a value, such as "APA: mode stiffness 3 (1243 Hz)", with the frequency of that free mode."""
+    f_Hz = model.apa.frequencies_Hz.get(name) if isinstance(model.apa, ModalApa) else None
+    return model_label(name) if f_Hz is None else f"{model_label(name)} ({f_Hz:.0f} Hz)"

@@ -17,13 +17,11 @@ if TYPE_CHECKING:
     from accept.store.chain import START, StoreHead
     from accept.store.errors import Overtaken, StoreError
     from accept.store.event import Event, NewEvent
-    from accept.store.folding import TECHNICIAN, Signature, UnitState, after, fold
+    from accept.store.folding import TECHNICIAN, Signature, UnitState, after, fold, undone
     from accept.store.indexes import TABLE
     from accept.store.instrument_recall import touched
     from accept.store.opening import BENCH_KEY, DATABASE, open_store
-    from accept.store.report import check_lines
     from accept.store.seal import Sealer, SignedHead, bench_of, head_problem, own_key
-    from accept.store.store import Store
-    from accept.store.undoing import undone
+    from accept.store.store import Store, check_lines
 else:
     __getattr__ = door(__name__)

@@ -1,7 +1,7 @@
-"""The state of a unit at the bench, which is a fold over its events and nothing else."""
+"""The state of a unit at the bench, which is a fold over its events and nothing else; which of them are undone."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 
@@ -9,10 +9,13 @@ from accept.base.documents.results import UnitRecord
 from accept.store.event import Event
 from accept.store.payloads import (
     VOIDED,
+    AttemptStarted,
     AttemptVoided,
     CertificateSigned,
     CertificateWritten,
+    EntryUndone,
     Payload,
+    StepNoted,
     UnitJudged,
     payload_of,
 )
@@ -157,3 +160,21 @@ def _attempt_of(unit: UnitState, certified: CertificateWritten | CertificateSign
     if certified.before is not None and certified.before in unit.certificates:
         return unit.certificates[certified.before][0]
     return max((n for n, path in unit.certificates.values() if path == certified.path), default=unit.attempts)
+
+
+NAMING = (UnitJudged.KIND, AttemptStarted.KIND)  # the events that bring a unit into the store
+
+
+def undone(events: Iterable[Event]) -> set[int]:
+    """Return the numbers of undone events. Raises StoreError.
+
+    A nonconformance is never undone: only a decision of quality assurance releases it; nor is a judgement."""
+    stored = list(events)
+    holding = {e.seq for e in stored if e.what == StepNoted.KIND and StepNoted.of(e).nonconformance}
+    holding |= {e.seq for e in stored if e.what == UnitJudged.KIND}
+    return {EntryUndone.of(event).undoes for event in stored if event.what == EntryUndone.KIND} - holding
+
+
+def is_named(events: Sequence[Event]) -> bool:
+    """Return whether the events put the unit on the list: not if its beginning was undone. Raises StoreError."""
+    return bool({event.seq for event in events if event.what in NAMING} - undone(events))

@@ -2,15 +2,14 @@
 
 import types
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import Enum
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from accept.base.documents import listings
+from accept.base.documents.analyses import GapDocument, MisalignmentDocument
 from accept.base.documents.document import Document, written_hints
-from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
-from accept.base.documents.misalignment import MisalignmentDocument
 from accept.base.documents.results import ResultsDocument
 from accept.store.payloads import KINDS, Payload
 from checks.cause import Reason
@@ -80,14 +79,10 @@ def _section(kind: Any, parts: dict[str, Any]) -> Iterator[str]:
     for field in (field for field in fields(kind) if field.name in hints and field not in fields(Payload)):
         hint = hints[field.name]
         words = [m for m in getattr(hint, "__metadata__", ()) if isinstance(m, str)]
-        later = "*later*" if _is_later(field) else ""
+        later = "" if field.default is MISSING and field.default_factory is MISSING else "*later*"
         shown = "; ".join(w for w in (*words, later) if w).replace("|", "\\|")
         yield f"| `{field.name}` | {_type(hint, parts)} | {shown} |"
     yield ""
-
-
-def _is_later(field: "Field[Any]") -> bool:
-    return field.default is not MISSING or field.default_factory is not MISSING
 
 
 def _type(hint: Any, parts: dict[str, Any]) -> str:

@@ -6,7 +6,7 @@ of the search term, so every event that an index finds must be read."""
 import hashlib
 import heapq
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
@@ -25,6 +25,11 @@ AT_ONCE = 400  # keys of one question, events of one page
 _Row = tuple[int, int, int]  # number of the event, which of the INDEXES, key
 
 
+def in_parts(keys: Sequence[int]) -> Iterator[Sequence[int]]:
+    """Yield the keys, so many as one question may have."""
+    return (keys[start : start + AT_ONCE] for start in range(0, len(keys), AT_ONCE))
+
+
 @dataclass(frozen=True)
 class EventIndex:
     """An index of the judgements by a kind of key.
@@ -39,20 +44,15 @@ class EventIndex:
 
     def judgements_with(self, connection: Connection, keys: Iterable[int]) -> list[int]:
         """Return the numbers of the events that have one of these keys, in order."""
-        wanted, found = sorted(keys), set[int]()
-        for start in range(0, len(wanted), AT_ONCE):
-            chosen = self.table.c.key.in_(wanted[start : start + AT_ONCE])
-            found.update(connection.scalars(select(self.table.c.seq).where(chosen).distinct()))
-        return sorted(found)
+        k = self.table.c
+        asked = (select(k.seq).where(k.key.in_(part)).distinct() for part in in_parts(sorted(keys)))
+        return sorted({seq for question in asked for seq in connection.scalars(question)})
 
     def keys_of(self, connection: Connection, seq: int, among: Iterable[int]) -> set[int]:
         """Return which of these keys the index has for the event of this number."""
-        wanted, found = sorted(among), set[int]()
-        for start in range(0, len(wanted), AT_ONCE):
-            k = self.table.c
-            asked = select(k.key).where(k.seq == seq, k.key.in_(wanted[start : start + AT_ONCE]))
-            found.update(connection.scalars(asked))
-        return found
+        k = self.table.c
+        asked = (select(k.key).where(k.seq == seq, k.key.in_(part)) for part in in_parts(sorted(among)))
+        return {key for question in asked for key in connection.scalars(question)}
 
     def held(self, connection: Connection) -> Iterator[tuple[int, int]]:
         """Yield (number of the event, key) of every row, in order; 0 for a number that is not an integer."""

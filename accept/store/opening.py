@@ -13,10 +13,9 @@ from sqlalchemy.exc import SQLAlchemyError
 from accept.base.home import HomeError, home
 from accept.base.plain_text import without_secrets
 from accept.store import indexes, tables
-from accept.store.anchor import Anchor
 from accept.store.engine import appending, make_engine, reported, snapshot
 from accept.store.errors import StoreError
-from accept.store.seal import Sealer
+from accept.store.seal import Anchor, Sealer
 from accept.store.store import Store
 
 log = logging.getLogger("accept.store")

@@ -237,6 +237,11 @@ class AttemptVoided(Payload, what="attempt_voided"):
     signed: Annotated[SignedBy | None, only_if(), "the decision counts only with it"] = None
     event: Annotated[str, only_if(bool), "hash of that event; earlier programs did not sign it"] = ""
 
+    @property
+    def words(self) -> str:
+        """The decision in words: `wrong lead (Grace, 2026-10-12)`."""
+        return f"{self.reason} ({self.signed.person}, {self.signed.time[:10]})" if self.signed else self.reason
+
 
 @dataclass(frozen=True)
 class Reference(Document):

@@ -3,7 +3,8 @@
 The seal saves the walk along the whole chain of a long store. It contains the state of the database at the check. For
 SQLite that is the file itself with its log (inode, size and times of change), which a program without the rights of an
 administrator cannot change unseen; for PostgreSQL it is the transactions that wrote the sealed rows. If they differ,
-the whole chain is walked again."""
+the whole chain is walked again. The head in a file beside the database reveals that a tail was cut off together with
+the head's row."""
 
 import json
 import time
@@ -15,10 +16,11 @@ from typing import Any
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
-from sqlalchemy import Connection, text
+from sqlalchemy import URL, Connection, text
 
 from accept.base.atomic_files import write_atomic, write_new
 from accept.store.chain import StoreHead
+from accept.store.errors import StoreError
 from specs.files import json_of, read_bounded
 
 OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked whole, even if the file is unchanged
@@ -163,3 +165,36 @@ def file_looks(database: Path) -> str:
 
 def _said(head: StoreHead) -> bytes:
     return f"accept store head {head}".encode("ascii")
+
+
+OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not write the reference of the check
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it."""
+
+    path: Path
+
+    @classmethod
+    def beside(cls, url: URL) -> "Anchor | None":
+        """Return `store.head` beside `store.sqlite`; None for a server, a database in memory or an SQLite URI."""
+        database = url.database or ":memory:"
+        plain = url.get_backend_name() == "sqlite" and not database.startswith((":memory:", "file:"))
+        return cls(Path(database).with_suffix(".head")) if plain else None
+
+    def read(self) -> StoreHead | None:
+        """Return the head, None if the file does not exist. Raises ValueError if the file holds no head."""
+        try:
+            return StoreHead.parse(read_bounded(self.path).decode("utf-8", "replace"))
+        except FileNotFoundError:
+            return None
+        except ValueError as e:
+            raise ValueError(f"{self.path.name} is damaged: {e}") from e
+
+    def write(self, head: StoreHead) -> None:
+        """Replace the head. Raises StoreError if the file cannot be written; the event is stored all the same."""
+        try:
+            write_atomic(self.path, f"{head}\n".encode("ascii"), OWNER_WRITES)
+        except OSError as e:
+            raise StoreError(f"{self.path}: cannot be written ({e.strerror}); event {head.seq} itself is stored") from e

@@ -15,14 +15,13 @@ from accept.base.names import KeyHolder
 from accept.base.spelling import look_alike, look_key, spelling_key
 from accept.base.version import code_sha256
 from accept.store import indexes, tables
-from accept.store.anchor import Anchor
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, reported, snapshot
 from accept.store.errors import Overtaken, StoreError
 from accept.store.event import Event, NewEvent, sealed
+from accept.store.folding import NAMING, is_named
 from accept.store.payloads import Payload
-from accept.store.seal import Sealer, SignedHead, file_looks, rows_look
-from accept.store.undoing import NAMING, is_named
+from accept.store.seal import Anchor, Sealer, SignedHead, file_looks, rows_look
 
 END_NOT_KEPT = (
     "no seal of it lies at this bench, so events that were removed from its end would not show: "
@@ -264,9 +263,8 @@ class Store:
         if not keys:
             return []
         numbers = self._ask(lambda connection: indexes.SAMPLES.judgements_with(connection, keys))
-        at_once, wanted = indexes.AT_ONCE, select(tables.events).where(tables.events.c.subject != but)
-        parts = (numbers[start : start + at_once] for start in range(0, len(numbers), at_once))
-        return [e for part in parts for e in self._read(wanted.where(tables.events.c.seq.in_(part)))]
+        wanted = select(tables.events).where(tables.events.c.subject != but)
+        return [e for p in indexes.in_parts(numbers) for e in self._read(wanted.where(tables.events.c.seq.in_(p)))]
 
     def naming(self, part: str) -> list[str]:
         """Return the subjects, in order, with a judgement that may name this serial among its parts, in any capitals,
@@ -443,7 +441,6 @@ def _wanted(subject: str | None, what: str | None) -> Select[Any]:
 
 
 def _check_followed(connection: Connection, entries: Sequence[NewEvent]) -> None:
-    """Raise Overtaken if an event about the subject was stored after the one that an entry follows."""
     e = tables.events.c
     for entry in entries:
         if entry.after is not None:
@@ -481,3 +478,27 @@ def _head_of(event: Event) -> StoreHead:
 
 def _event(row: Row[Any]) -> Event:
     return Event(*tuple(row))
+
+
+NOT_SEEN = (
+    "not seen here: events that were rewritten together with all hashes after them, by a person with the bench's key; "
+    "--head FILE compares with a head or a certificate that was kept elsewhere"
+)
+
+
+def check_lines(store: Store, exported: StoreHead | None = None) -> tuple[bool, list[str]]:
+    """Return whether the store is unbroken, and the lines that state so or name the first broken place, and every place
+    where the clock was set back. Raises StoreError."""
+    kept = store.end_is_kept or exported is not None  # asked first: a check seals the events it saw
+    problem = store.check(exported)
+    if problem is not None:
+        return False, [f"store: {store.where}: broken", str(problem)]
+    head = store.head()
+    against = f", and holds the exported event {exported.seq}" if exported else ""
+    unkept = [] if kept else [f"warning: {END_NOT_KEPT}"]
+    set_back = [
+        f"warning: {name} was stored {seconds / 60:.0f} min before the event that it follows: the clock was set back"
+        for name, seconds in store.clock_set_back()
+    ]
+    unseen = [] if exported else [NOT_SEEN]
+    return True, [f"store: {head.seq} events, head {head.hash}: unbroken{against}", *unseen, *unkept, *set_back]

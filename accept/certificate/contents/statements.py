@@ -6,22 +6,196 @@ their types in `provenance.py`. The rows below the verdict, the lines of `accept
 docs/explanation/what-a-certificate-proves.md follow from these declarations.
 """
 
-from collections.abc import Callable
+import math
+import tomllib
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
+
+from cryptography import x509
+from cryptography.x509.oid import NameOID
 
 from accept.base.atomic_files import UNIT_FILE
-from accept.certificate.contents import words
+from accept.base.documents.manifest import hashes
+from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
-from accept.certificate.contents.provenance import PROVENANCE
-from accept.certificate.contents.statement import (
+from accept.certificate.contents.provenance import (
     DERIVED,
     DERIVED_AND_SIGNED,
     LOOKED_UP,
+    PROVENANCE,
     SIGNED_AND_LOOKED_UP,
+    Provenance,
     Statement,
     Way,
 )
+from accept.pictures.labels import label_of
 from accept.store.payloads import without_hashes
+from checks.rounding import with_U
+from checks.verdict import UnitVerdict
+
+NOT_STATED = "not stated"
+SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.7, E_n)
+
+
+def laboratory_words(contents: CertificateContent) -> str:
+    """Return name, address, place of measuring and accreditation in one line ([ISO17025] 7.8.2.1 b, c)."""
+    if (stated := contents.stated.laboratory) is None:
+        return ""
+    site = f"measured at {stated.site}" if stated.site else ""
+    return "; ".join(part for part in (stated.name, stated.address, site, stated.accreditation) if part)
+
+
+def customer_words(contents: CertificateContent) -> str:
+    """Return the customer of the laboratory, unless the unit states its own."""
+    laboratory = contents.stated.laboratory
+    return "" if laboratory is None or (contents.result.get("origin") or {}).get("customer") else laboratory.customer
+
+
+def methods_words(contents: CertificateContent) -> str:
+    """Return the methods with the checks that are measured by each ([ISO17025] 7.8.2.1 f)."""
+    by: dict[str, list[str]] = {}
+    laboratory = contents.stated.laboratory
+    for check, method in sorted(laboratory.methods.items() if laboratory else ()):  # an attachment has them in order
+        by.setdefault(method, []).append(check)
+    return "; ".join(f"{method} ({', '.join(checks)})" for method, checks in by.items())
+
+
+def changes_words(contents: CertificateContent) -> str:
+    """Return which quantities differ from the judgement that is replaced by more than both uncertainties explain."""
+    before, out = contents.stated.before or {}, []
+    for finding in contents.result["findings"]:
+        was = before.get(finding["quantity"])
+        if was is None or finding["value"] is None or finding["U"] is None:
+            continue
+        U = math.hypot(was.U, finding["U"])
+        change = finding["value"] - was.value
+        if abs(change) > SIGNIFICANT * U:
+            unit = "" if finding["unit"] == "1" else f" {finding['unit']}"
+            now, then = with_U(finding["value"], finding["U"]), with_U(was.value, was.U)
+            out.append(f"{label_of(finding['quantity'])} from {then} to {now}{unit}, more than both U explain")
+    return "; ".join(out)
+
+
+def spec_words(contents: CertificateContent) -> str:
+    """Return name and hash of the spec, and who approved it."""
+    named, approval = f"{contents.spec_name}, sha256 {contents.spec_sha256}", contents.stated.approval
+    if approval is None:
+        return named
+    if approval.get("builtin"):
+        return f"{named}; comes with the program"
+    if approval.get("person"):
+        return f"{named}; approved by {approval['person']} on {str(approval.get('time', ''))[:10]}"
+    return f"{named}; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
+
+
+def models_words(contents: CertificateContent) -> str:
+    """Return the model files, and the bench that one of them was learned on."""
+    named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(contents.models).items() for f, digest in files.items()]
+    learned = (_learned_bench(name, content) for files in contents.models.values() for name, content in files.items())
+    return "; ".join([*named, *(words for words in learned if words)])
+
+
+def _learned_bench(name: str, content: bytes) -> str:
+    if not name.endswith(".toml"):
+        return ""
+    try:
+        bench = tomllib.loads(content.decode()).get("learned_bench")
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return ""
+    if not isinstance(bench, Mapping):
+        return ""
+    units = [str(serial) for serial in bench.get("units", [])]
+    day = f" on {bench['learned_on']}" if bench.get("learned_on") else ""
+    return f"compared on a bench learned{day} from {len(units)} units: {', '.join(units)}"
+
+
+def attempt_words(contents: CertificateContent) -> str:
+    """Return number and day of the attempt, what it replaces, and how the attempts before ended."""
+    stated = contents.stated
+    if not stated.attempt:
+        return NOT_STATED
+    reason = None if stated.amends else stated.reason  # of an amended one it is in that row
+    why = "" if reason is None else f"; reason: {reason}" if reason else "; no reason was given"
+    number = f"{stated.attempt}{f', judged on {stated.judged[:10]}' if stated.judged else ''}"
+    earlier, before = _earlier(stated), stated.replaces
+    if before is None:
+        return f"{number}{earlier}{why}"
+    certificate = f", certificate sha256 {before.certificate[:12]}" if before.certificate else ""
+    if before.earlier_certificate:
+        digest, of = before.earlier_certificate[:12], before.earlier_attempt
+        certificate = f", which had no certificate, and certificate sha256 {digest} of attempt {of}"
+    when = before.time[:19].replace("T", " ")
+    return f"{number}, replaces '{before.verdict}' of {when} UTC{certificate}{earlier}{why}"
+
+
+def _earlier(stated: Provenance) -> str:
+    if stated.earlier is None:
+        return "; how the attempts before ended is not stated" if stated.replaces else ""
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in sorted(stated.earlier.verdicts.items()))
+    if (last := stated.earlier.not_accepted) is None:
+        return f"; before: {counts}"
+    return f"; before: {counts}; last not accepted: attempt {last.attempt}, {last.verdict} on {last.time[:10]}"
+
+
+def amended_words(contents: CertificateContent) -> str:
+    """Return which certificate with another result this one replaces, and why ([ISO17025] 7.8.8.3)."""
+    stated = contents.stated
+    why = stated.reason or stated.signed_because or "no reason was given"
+    return f"replaces certificate {stated.amends}: {why}" if stated.amends else ""
+
+
+def signed_words(contents: CertificateContent) -> str:
+    """Return why the technician signed a unit that is not accepted, "" if no reason is stated."""
+    reason, verdict = contents.stated.signed_because, contents.result["verdict"]
+    return f"by {contents.operator} although {verdict}: {reason}" if reason and verdict != UnitVerdict.ACCEPTED else ""
+
+
+def calibration_words(contents: CertificateContent) -> str:
+    """Return the bench file, and how many of its instruments have a valid calibration."""
+    if (given := contents.result.get("calibration")) is None:
+        return NOT_STATED
+    wrong = [row["problem"] for row in given["instruments"] if row.get("problem")]
+    state = f"{len(wrong)} not valid" if wrong else "all valid"
+    return f"bench file {given['bench']} of {given['on']}: {len(given['instruments'])} instruments, {state}"
+
+
+def folder_words(contents: CertificateContent) -> str:
+    """Return a name of the folder that is another serial, and a serial that looks like another."""
+    given = contents.result.get("folder") or {}
+    confirmation = (
+        f"the serial was confirmed by {given[CONFIRMED]}" if CONFIRMED in given else "the serial was not confirmed"
+    )
+    named = [f"called {given[NAME]}, which is another serial; {confirmation}"] if NAME in given else []
+    alike = [f"the serial looks like {given[ALIKE]}, and was not confirmed"] if ALIKE in given else []
+    return "; ".join(named + alike)
+
+
+def copies_words(contents: CertificateContent) -> str:
+    """Return the recordings that are filed elsewhere too."""
+    return "; ".join(map(_one_copy, contents.result.get("copies") or []))
+
+
+def _one_copy(copy: Mapping[str, Any]) -> str:
+    others = ", ".join(f"{w['serial']} {w['sample']}" for w in copy["with"])
+    same = f"{copy['sample']} holds the samples of {others}"
+    decision = copy.get("resolved")
+    if decision is None:
+        return f"{same}: without a result until quality assurance decides where it belongs"
+    whose = ", ".join(f"{serial} {sample}" for serial, sample in decision["measured"])
+    day = str(decision["time"])[:10]
+    return f"{same}: measured at {whose}, decided by {decision['who']} on {day}: {decision['reason']}"
+
+
+def bench_words(contents: CertificateContent) -> str:
+    """Return the name in the bench's certificate, and that the authority's key lies there if it does."""
+    stated = contents.stated
+    if not stated.bench:
+        return "" if stated.demo else "without a certificate of the authority"
+    certificate = x509.load_pem_x509_certificate(stated.bench.encode("ascii"))
+    name = str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+    return f"{name}; the authority's key lies at this bench" if stated.authority else name
+
 
 PAGE = "the page"
 _DERIVED_AND_LOOKED_UP, _STATED = (Way.DERIVED, Way.LOOKED_UP), (Way.STATED,)
@@ -92,24 +266,24 @@ STATEMENTS = (
 
 ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page and `accept verify`
     "Held": lambda contents: "; ".join(map(without_hashes, contents.result.get("nonconformances", ()))),
-    "Laboratory": words.laboratory_words,
+    "Laboratory": laboratory_words,
     "Number": lambda contents: contents.stated.number,
-    "Customer": words.customer_words,
-    "Methods": words.methods_words,
+    "Customer": customer_words,
+    "Methods": methods_words,
     "Sampling": lambda contents: contents.stated.laboratory.sampling if contents.stated.laboratory else "",
-    "Spec": words.spec_words,
-    "Models": words.models_words,
-    "Attempt": words.attempt_words,
-    "Amended": words.amended_words,
-    "Signed": words.signed_words,
-    "Changed": words.changes_words,
-    "Calibration": words.calibration_words,
-    "Folder": words.folder_words,
-    "Copies": words.copies_words,
+    "Spec": spec_words,
+    "Models": models_words,
+    "Attempt": attempt_words,
+    "Amended": amended_words,
+    "Signed": signed_words,
+    "Changed": changes_words,
+    "Calibration": calibration_words,
+    "Folder": folder_words,
+    "Copies": copies_words,
     "Store": lambda contents: (
-        words.NOT_STATED if (head := contents.stated.head) is None else f"event {head.seq}, {head.hash}"
+        NOT_STATED if (head := contents.stated.head) is None else f"event {head.seq}, {head.hash}"
     ),
-    "Bench": words.bench_words,
+    "Bench": bench_words,
 } | {each.row: each.words for each in STATEMENTS if each.words is not None}  # fmt: skip
 
 

@@ -4,14 +4,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from asn1crypto import x509 as asn1_x509
-from cryptography import x509
-from cryptography.hazmat.primitives.serialization import Encoding
 from pyhanko.config.pkcs11 import TokenCriteria
 from pyhanko.sign.pkcs11 import PKCS11Signer, open_pkcs11_session
 from pyhanko_certvalidator.registry import CertificateStore, SimpleCertificateStore
 
 from accept.certificate.signature.signing import LowS
+from accept.certificate.signature.timestamp import loaded
 from accept.certificate.trust.keys import Credential
 
 
@@ -37,15 +35,12 @@ class TokenSigner(LowS, PKCS11Signer):
 @contextmanager
 def token_signer(token: Token, pin: str, credential: Credential) -> Iterator[TokenSigner]:
     """Yield a signer for `sign(..., signer=...)`, open as long as the token's session."""
+    certificate, root = loaded([credential.certificate, credential.ca])
     with open_pkcs11_session(token.library, token_criteria=TokenCriteria(label=token.label), user_pin=pin) as session:
         yield TokenSigner(
             session,
-            signing_cert=_asn1(credential.certificate),
-            ca_chain=[_asn1(credential.ca)],
+            signing_cert=certificate,
+            ca_chain=[root],
             key_label=token.key_label,
             use_raw_mechanism=True,  # the digest is made here: every token can sign one, not every one can make it
         )
-
-
-def _asn1(certificate: x509.Certificate) -> asn1_x509.Certificate:
-    return asn1_x509.Certificate.load(certificate.public_bytes(Encoding.DER))

@@ -10,8 +10,8 @@ from pathlib import Path
 from cryptography import x509
 
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.outcome import Step
 from accept.certificate.contents.provenance import Earlier, Replaced
-from accept.certificate.contents.step import Step
 from accept.certificate.trust.authority import public_of
 from accept.certificate.trust.published_list import (
     JUDGED,

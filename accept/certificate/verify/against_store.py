@@ -17,10 +17,9 @@ from accept.base.names import same_person
 from accept.base.spelling import difference
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
-from accept.certificate.contents.errors import InvalidCertificate
 from accept.certificate.contents.laboratory import number_of
+from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.contents.provenance import History, differences
-from accept.certificate.contents.step import Step
 from accept.certificate.trust import keys
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation import CLOCK_SLACK

@@ -18,10 +18,8 @@ from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import BEFORE, SIZE_LIMIT, CertificateContent, ContentError
-from accept.certificate.contents.errors import InvalidCertificate
-from accept.certificate.contents.step import Step
-from accept.certificate.verify.gap_check import check_gap
-from accept.certificate.verify.picture_check import check_pictures
+from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.verify.picture_check import check_gap, check_pictures
 from accept.certificate.verify.ports import AttachedUnit, ReadUnit
 from accept.certificate.verify.result_diff import ONLY_AGAIN, differences, is_said_otherwise, is_within_U
 from accept.pictures.labels import input_words
@@ -73,9 +71,7 @@ def check_result(contents: CertificateContent, unit: AttachedUnit, judged: UnitR
     left_out = _checks_of(unit, missing)
     pair = [contents.result, again]
     found = differences(*(_without_checks(result, left_out) for result in pair) if missing else pair)
-    said: list[str] = []
-    absent: list[str] = []
-    other: list[str] = []
+    said, absent, other = list[str](), list[str](), list[str]()
     alone = {
         f"{input_words(f.check, i)} by {i.source}, but {i.against}"
         for f in judged.findings

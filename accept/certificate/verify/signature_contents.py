@@ -5,17 +5,18 @@ signature value, and must be the same to the byte; zeros follow to the end. Thos
 certificate's hash and the digest are signed, and of the two valid signature values only the lower one is accepted.
 """
 
+import hashlib
 from binascii import unhexlify
 from collections.abc import Sequence
 
-from asn1crypto import cms as asn1_cms
+from asn1crypto import algos, cms, tsp
+from asn1crypto import x509 as asn1_x509
 from cryptography import x509
 from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.trust.authority import P256_ORDER
-from accept.certificate.verify import cms
 
 _DIGITS = frozenset(b"0123456789ABCDEF")
 
@@ -48,7 +49,7 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
 
     digest : SHA-256 of the bytes outside the placeholder. The signature value is checked later, by pyhanko.
     """
-    signed = asn1_cms.ContentInfo.load(content)["content"]
+    signed = cms.ContentInfo.load(content)["content"]
     if len(signed["signer_infos"]) != 1:
         raise InvalidCertificate("there is not exactly one signer in the signature")
     info = signed["signer_infos"][0]
@@ -56,7 +57,7 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
     if stated != [[digest]]:
         raise InvalidCertificate("the document was changed after it was signed")
     signer, root = _certificates(signed, trusted)
-    canonical = cms.build(signer, root, digest, _lower(info["signature"].native), token_of(content))
+    canonical = _built(signer, root, digest, _lower(info["signature"].native), token_of(content))
     if not content.startswith(canonical):
         raise InvalidCertificate(
             "the signature is not encoded canonically, or carries more than certificate, digest and value"
@@ -69,20 +70,18 @@ def check_hole(content: bytes, digest: bytes, trusted: Sequence[x509.Certificate
 def token_of(content: bytes) -> bytes | None:
     """Return the timestamp beside a signature, None if it has none. Raises InvalidCertificate if another attribute is
     found there."""
-    info = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]
+    info = cms.ContentInfo.load(content)["content"]["signer_infos"][0]
     beside = list(info["unsigned_attrs"])
     if not beside:
         return None
     if len(beside) != 1 or beside[0]["type"].native != "signature_time_stamp_token" or len(beside[0]["values"]) != 1:
         raise InvalidCertificate("the signature carries more than a timestamp beside it")
-    token: bytes = beside[0]["values"][0].dump()
-    return token
+    return bytes(beside[0]["values"][0].dump())
 
 
 def signature_of(content: bytes) -> bytes:
     """Return the signature value in a placeholder's content."""
-    value: bytes = asn1_cms.ContentInfo.load(content)["content"]["signer_infos"][0]["signature"].native
-    return value
+    return bytes(cms.ContentInfo.load(content)["content"]["signer_infos"][0]["signature"].native)
 
 
 def _lower(value: bytes) -> bytes:
@@ -92,7 +91,7 @@ def _lower(value: bytes) -> bytes:
     return encode_dss_signature(r, min(s, P256_ORDER - s))
 
 
-def _certificates(signed: asn1_cms.SignedData, trusted: Sequence[x509.Certificate]) -> tuple[bytes, bytes]:
+def _certificates(signed: cms.SignedData, trusted: Sequence[x509.Certificate]) -> tuple[bytes, bytes]:
     """Return (signer's, CA's) certificate. Exactly two are carried, and one of them is a trusted one to the byte."""
     carried = [choice.chosen.dump() for choice in signed["certificates"]]
     roots = {c.public_bytes(Encoding.DER) for c in trusted}
@@ -104,3 +103,52 @@ def _certificates(signed: asn1_cms.SignedData, trusted: Sequence[x509.Certificat
             f"the signature carries {len(carried)} certificates, expected the signer's and the CA's"
         )
     return own[0], known[0]
+
+
+_SHA256 = {"algorithm": "sha256"}
+_ECDSA = {"algorithm": "sha256_ecdsa"}
+
+
+def _built(signer: bytes, root: bytes, digest: bytes, signature: bytes, token: bytes | None = None) -> bytes:
+    """Return the one CMS that certificate, digest and signature value make (PAdES baseline: [RFC5652], [RFC5035]), in
+    DER. signer, root : their certificates in DER. digest : SHA-256 of the signed
+    bytes. token : timestamp of the signature, as its authority gave it."""
+    certificate = asn1_x509.Certificate.load(signer)
+    identifier = cms.IssuerAndSerialNumber({"issuer": certificate.issuer, "serial_number": certificate.serial_number})
+    info = {
+        "version": "v1",
+        "sid": cms.SignerIdentifier("issuer_and_serial_number", identifier),
+        "digest_algorithm": algos.DigestAlgorithm(_SHA256),
+        "signed_attrs": _signed_attributes(certificate, digest),
+        "signature_algorithm": algos.SignedDigestAlgorithm(_ECDSA),
+        "signature": signature,
+    }
+    if token is not None:
+        stamp = {"type": "signature_time_stamp_token", "values": [cms.ContentInfo.load(token)]}
+        info["unsigned_attrs"] = cms.CMSAttributes([cms.CMSAttribute(stamp)])
+    carried = [cms.CertificateChoices("certificate", asn1_x509.Certificate.load(c)) for c in (root, signer)]
+    content = {
+        "version": "v1",
+        "digest_algorithms": [algos.DigestAlgorithm(_SHA256)],
+        "encap_content_info": {"content_type": "data"},
+        "certificates": carried,
+        "signer_infos": [info],
+    }
+    return bytes(cms.ContentInfo({"content_type": "signed_data", "content": cms.SignedData(content)}).dump())
+
+
+def _signed_attributes(certificate: asn1_x509.Certificate, digest: bytes) -> cms.CMSAttributes:
+    identified = {
+        "hash_algorithm": _SHA256,
+        "cert_hash": hashlib.sha256(certificate.dump()).digest(),
+        "issuer_serial": {
+            "issuer": [asn1_x509.GeneralName("directory_name", certificate.issuer)],
+            "serial_number": certificate.serial_number,
+        },
+    }
+    values = {
+        "content_type": "data",
+        "message_digest": digest,
+        "signing_certificate_v2": tsp.SigningCertificateV2({"certs": [tsp.ESSCertIDv2(identified)]}),
+    }
+    return cms.CMSAttributes([cms.CMSAttribute({"type": kind, "values": [value]}) for kind, value in values.items()])

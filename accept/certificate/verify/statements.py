@@ -5,10 +5,10 @@ from typing import Any
 
 from accept.base.version import code_sha256
 from accept.certificate.contents.content import MANIFEST, RESULTS, CertificateContent
-from accept.certificate.contents.statement import Way
+from accept.certificate.contents.outcome import Step
+from accept.certificate.contents.provenance import Way
 from accept.certificate.contents.statements import STATEMENTS, statement_of
-from accept.certificate.contents.step import Step
-from accept.certificate.verify.gap_check import own_words
+from accept.certificate.verify.picture_check import own_words
 from accept.certificate.verify.ports import AttachedUnit
 from checks.verdict import UnitVerdict
 

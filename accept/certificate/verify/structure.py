@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from accept.base.child_processes import Exhausted, bounded
-from accept.certificate.contents.errors import InvalidCertificate
+from accept.certificate.contents.outcome import InvalidCertificate
 
 T = TypeVar("T")
 LIMIT_S, LIMIT_GB = 6, 0.15  # the signatures of 100 MB take half a second, and 0.01 GB beside the streams of the file

@@ -13,21 +13,18 @@ from accept.base import version
 from accept.base.documents.results import SIMULATED, unit_word
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.errors import InvalidCertificate, guarded, one_line
-from accept.certificate.contents.statements import statements
-from accept.certificate.contents.step import Step
-from accept.certificate.contents.words import NOT_STATED
+from accept.certificate.contents.outcome import InvalidCertificate, Step, guarded, one_line
+from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.trust import authority
-from accept.certificate.trust.approved_spec import check_spec
 from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation import Revoked
+from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
-from accept.certificate.verify.bench_check import check_bench
+from accept.certificate.verify.lists_beside import attached_entries, doubted_by
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.ports import AttachedUnit, Known, Ports
-from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
-from accept.certificate.verify.stated_check import check_copies, check_dispositions, check_stated
+from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.certificate.verify.structure import read_unknown
 from accept.judging.decisions import stated_words

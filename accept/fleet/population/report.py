@@ -22,8 +22,7 @@ from reportlab.platypus import (
 
 from accept.fleet.population import bench
 from accept.fleet.population.learn import LearnedPopulation
-from accept.models.model_file import write_model
-from accept.models.value_labels import value_label
+from accept.models.model_file import value_label, write_model
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.assemble import assemble
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register

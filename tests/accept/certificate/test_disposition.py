@@ -8,7 +8,7 @@ from pypdf import PdfReader
 
 from accept.certificate import DispositionError, parse_disposition
 from accept.certificate.contents.disposition import LONGEST, Disposition
-from accept.certificate.signature import stamp
+from accept.certificate.signature.signing import stamp_style
 from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store
@@ -103,7 +103,7 @@ def test_a_reason_is_one_printable_line(reason: str) -> None:
 def test_the_box_of_the_countersignature_shows_it() -> None:
     _, qa = credentials()
     reason = "the customer takes it for a prototype that needs a third of the stroke, mail of 2026-11-20"
-    box = stamp.style(qa, WHEN, (187, 71), Disposition("use-as-is", reason)).background
+    box = stamp_style(qa, WHEN, (187, 71), Disposition("use-as-is", reason)).background
     lines = PdfReader(io.BytesIO(box.pdf)).pages[0].extract_text().splitlines()
     assert "Disposition: use as it is" in lines
     assert reason in " ".join(lines)

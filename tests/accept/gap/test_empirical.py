@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from accept.gap.empirical import write_with_elements
+from accept.gap.improved_model import write_with_elements
 from accept.gap.text import AT_EDGE, poles_of
 from accept.gap.unit_responses import Responses
 from accept.models.model_file import open_model, open_model_file

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import accept
-from accept.gap.summary import summary
+from accept.gap.report import summary
 from accept.gap.text import data_words
 from accept.models.model_file import open_model
 from checks.gap import Inputs, Result, run

@@ -16,9 +16,9 @@ from pypdf import PdfReader
 
 from accept.certificate import InvalidCertificate
 from accept.certificate.page.gap_section import explanation
-from accept.certificate.verify.gap_check import check_gap
+from accept.certificate.verify.picture_check import check_gap
 from accept.gap.analyse_unit import GapAnalysis, write
-from accept.gap.summary import summary
+from accept.gap.report import summary
 from accept.gap.unit_responses import Responses
 from accept.models.model_file import open_model_file, write_model
 from accept.pictures.pdf.fonts import register

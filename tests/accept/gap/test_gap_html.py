@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.gap.report_html import render_html
+from accept.gap.report import render_html
 from checks.gap import Result
 from tests.accept.fleet.test_site import ARGUMENTS, EVIL
 from tests.conftest import CHROMIUM

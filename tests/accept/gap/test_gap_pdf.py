@@ -9,11 +9,10 @@ import pytest
 from pypdf import PdfReader
 
 from accept.gap import analyse_unit
-from accept.gap.empirical import AddedElement
-from accept.gap.reasons import candidates, moved_parameters
-from accept.gap.report import RIVALS
+from accept.gap.document import candidates, moved_parameters
+from accept.gap.improved_model import AddedElement
+from accept.gap.report import COLUMNS, LINES, RIVALS, summary
 from accept.gap.report_pdf import render
-from accept.gap.summary import COLUMNS, LINES, summary
 from accept.gap.text import gap_number, one_line
 from checks.gap import FittedElement, Result, Tried
 from checks.gap.decision.result import Ambiguous, Nameless

@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 
 import accept
-from accept.gap.realisations import gain_notes
-from accept.gap.unit_responses import responses
+from accept.gap.unit_responses import gain_notes, responses
 from checks.cause import Cause, because
 from tests.accept.gap.acquisition_effects import EFFECTS, LOW, AcquisitionEffect, spoilt
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data

@@ -18,8 +18,7 @@ import pytest
 from accept.base.version import code_sha256
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store import store as store_module
-from accept.store.report import NOT_SEEN
-from accept.store.store import _PAGE
+from accept.store.store import _PAGE, NOT_SEEN
 from accept.store.tables import BY_LOOK, LOOK
 from tests.soak import SOAK
 

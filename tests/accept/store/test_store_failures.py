@@ -233,7 +233,7 @@ def test_an_anchor_without_room_says_that_the_event_is_stored(made: Path, monkey
         raise OSError(28, "No space left on device")
 
     with open_store(url_of(made)) as store:
-        monkeypatch.setattr("accept.store.anchor.write_atomic", full)
+        monkeypatch.setattr("accept.store.seal.write_atomic", full)
         with pytest.raises(StoreError, match=r"No space left on device\); event 3 itself is stored"):
             store.append("a", "", {}, who="Ada")
         assert len(list(store.events())) == 3

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from accept.gap.realisations import F_LO, realisations
-from accept.gap.unit_responses import responses
+from accept.gap.unit_responses import SEARCH_LO, realisations, responses
 from accept.models.model_file import open_model
 from checks.arrays import Array, Complex
 from checks.gap.workflow import Inputs, run
@@ -27,7 +26,7 @@ pytestmark = pytest.mark.slow
 def recorded(recorded_units: RecordedUnits) -> Inputs:
     """S-01, in which nothing is hidden, at half of its bins."""
     model = open_model(NOMINAL)
-    measured = responses(recorded_units.folder("S-01"), model.tolerance, f_lo=F_LO)
+    measured = responses(recorded_units.folder("S-01"), model.tolerance, f_lo=SEARCH_LO)
     A, B, _ = realisations(measured, model.tolerance)
     return Inputs(model, A.thinned(500), B.thinned(500), measured.records["low"].fs, measured.merge_Hz)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import to_json
-from accept.gap.reasons import candidates
+from accept.gap.document import candidates
 from checks.fitting import Dataset
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented

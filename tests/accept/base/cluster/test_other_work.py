@@ -34,7 +34,7 @@ from accept.commands.physics import gap, lookup
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
-from accept.gap.job import GapAnswer, GapJob
+from accept.gap.analyse_unit import GapAnswer, GapJob
 from accept.judging.judge_unit import load_spec
 from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model

@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
+from accept.base.documents.analyses import GapDocument, MisalignmentDocument
 from accept.base.documents.document import Document, DocumentError
-from accept.base.documents.gap import GapDocument
 from accept.base.documents.manifest import Manifest
-from accept.base.documents.misalignment import MisalignmentDocument
 from accept.base.documents.results import ListedUnit, ResultsDocument, UnitRecord
 from accept.models.model_file import effects_of, open_model_file
 from accept.store import NewEvent, Store, StoreError, fold, open_store

@@ -18,8 +18,7 @@ from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
-from accept.certificate.verify.gap_check import check_gap, own_words
-from accept.certificate.verify.picture_check import SEEN, check_pictures
+from accept.certificate.verify.picture_check import SEEN, check_gap, check_pictures, own_words
 from accept.judging import judge_unit
 from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse

@@ -1,4 +1,5 @@
-"""gap.json: the effects that the gap workflow found missing from the model of a unit ([DESIGN] 6)."""
+"""gap.json: the effects that the gap workflow found missing from the model of a unit ([DESIGN] 6); the misalignment of
+a strut."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -159,3 +160,22 @@ class GapDocument(Document):
     notes: tuple[str, ...] = ()
     experiments: tuple[GapExperiment, ...] = ()
     empirical: Annotated[tuple[Mapping[str, Any], ...] | None, only_if(), "elements that `--empirical` added"] = None
+
+
+@dataclass(frozen=True)
+class Offset(Document):
+    """An offset of the APA along one axis."""
+
+    value: Annotated[Number | None, "[um]; null without a result"] = None
+    U: Annotated[Number | None, "expanded uncertainty (k = 2) [um]"] = None
+
+
+@dataclass(frozen=True)
+class MisalignmentDocument(Document):
+    """Misalignment of the APA of a strut."""
+
+    serial: str
+    dx_um: Offset
+    dy_um: Offset
+    verdict: Annotated[str, "`pass` or `no_result`"]
+    reason: Annotated[str | None, "why there is no result"]

@@ -1,6 +1,7 @@
-"""Why a certificate does not hold."""
+"""The outcome of a step of verification: what it found, or why the certificate does not hold."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from specs.errors import AcceptError
@@ -30,3 +31,17 @@ def guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) 
         raise
     except Exception as e:
         raise InvalidCertificate(f"{what} cannot be read: {type(e).__name__}: {e}") from e
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step in words. complete: False if it could not be done in full; the certificate is then not plainly valid.
+    remark: a line to be shown beside the verdict. current: whether the step knows that no later attempt was judged,
+    None if it did not look for one. looked_up: fields of the provenance that a store or a list has as they are stated,
+    and of the result."""
+
+    words: str
+    complete: bool = True
+    remark: str = ""
+    current: bool | None = None
+    looked_up: tuple[str, ...] = ()
