@@ -33,7 +33,7 @@ def with_scatter(given: OpenedModel, say: Callable[[str], None]) -> OpenedModel:
     by how much. Raises SpecError, ModelError."""
     if not isinstance(given.spec.apa, ApaOfModes) or given.spec.apa.mode_scatter is not None:
         return given
-    say("the model file states no [apa] mode_scatter: that of the batch is learned, from 1 % in frequency on")
+    say("no batch by a model file without [apa] mode_scatter: that of the units is learned, from 1 % in frequency on")
     document = tomlkit.parse(given.spec.text)
     scatter = document["apa"]["mode_scatter"] = tomlkit.inline_table()
     scatter.update({"frequency": 0.01, "damping": 0.20})
@@ -66,8 +66,14 @@ def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Response
 
 
 def learn(measured: Sequence[Responses], given: OpenedModel, say: Callable[[str], None]) -> LearnedPopulation:
-    """Learn bench and batch from units. Raises ModelError, NothingLearned."""
-    given = with_scatter(given, say)
+    """Learn bench and batch from units; if they are no batch by a model that takes every APA for the same, by one whose
+    modes scatter. Raises ModelError, NothingLearned."""
+    found = _learned(measured, given, say)
+    other = given if found.holds else with_scatter(given, say)
+    return found if other is given else _learned(measured, other, say)
+
+
+def _learned(measured: Sequence[Responses], given: OpenedModel, say: Callable[[str], None]) -> LearnedPopulation:
     units = [
         UnitOfBatch(m.serial, as_weighed(given, m.serial, m.payload_kg).model, m.first, m.second, m.payload_kg)
         for m in measured

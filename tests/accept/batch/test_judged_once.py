@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from accept import gap
 from accept.base.documents.results import UnitRecord
 from accept.base.home import home
 from accept.batch import job
 from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.page import document
 from accept.certificate.trust import keys
-from accept.gap import attach_to_result
 from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from tests.accept.batch.test_copies import UNIT, accept, unit, verdicts
@@ -41,7 +41,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
         return draw(contents, *given)
 
     monkeypatch.setattr(job, "judge_unit", judged)
-    monkeypatch.setattr(attach_to_result, "explain_result", searched)
+    monkeypatch.setattr(gap, "explain_result", searched)
     monkeypatch.setattr(document, "render", drawn)
     return count
 

@@ -175,7 +175,7 @@ def test_a_model_file_that_takes_every_apa_for_the_same_gets_a_scatter_to_learn(
     said: list[str] = []
     given = open_model_file(model)
     found = with_scatter(given, said.append)
-    assert [("no [apa] mode_scatter" in words) for words in said] == [True] * added
+    assert [("[apa] mode_scatter" in words) for words in said] == [True] * added
     assert (found is given) is not added
     assert found.model.scatters is (given.model.scatters or added)
     assert load_model(model).values.items() <= found.spec.values.items()
