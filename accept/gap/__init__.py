@@ -21,15 +21,12 @@ if TYPE_CHECKING:
     from accept.gap.start_model import StartModel, applies, stands
     from accept.gap.text import (
         G_NOTE,
-        GAP_PICTURES,
-        REFUSED,
         beside_truth,
         data_words,
         findings,
         gap_by_channel,
         gap_number,
         headline_of_document,
-        on_certificate,
         one_line,
     )
     from accept.gap.unit_responses import Responses, responses

@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from accept.base.documents.analyses import GAP_PICTURES, on_certificate
 from accept.base.documents.results import UnitRecord
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.start_model import StartModel
-from accept.gap.text import GAP_PICTURES, on_certificate
 from accept.judging.bench_errors import without_bench_errors
 from accept.units.loaded_unit import LoadedUnit
 from accept.units.unit_folder import UnitError

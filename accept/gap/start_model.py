@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from accept.gap.text import REFUSED
+from accept.base.documents.analyses import REFUSED
 from accept.units.unit_folder import UnitFolder
 from checks.errors import ModelError
 from specs.spec import Spec

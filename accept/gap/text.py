@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from accept.base.documents.analyses import REFUSED
 from accept.pictures.blocks import Role, Sentence, Table
 from checks.gap import GapVerdict
 from checks.rounding import rounded
@@ -11,7 +12,6 @@ if TYPE_CHECKING:
     from checks.fitting import Fit
     from checks.gap import Parameter
 
-REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
 AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
 HEADLINE: dict[str, str] = {
     GapVerdict.NO_MISSING: "Model and data agree",
@@ -20,19 +20,6 @@ HEADLINE: dict[str, str] = {
     GapVerdict.PARTLY: "Partly explained",
     GapVerdict.UNEXPLAINED: "Unidentified effect",
 }
-
-
-GAP_PICTURES = "gap/"  # how their names begin among the pictures of a unit
-
-
-def on_certificate(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
-    channel that fitted worst; none if nothing is missing or nothing was found."""
-    channels = {c: G for c, G in document.get("gap_before", {}).get("channels", {}).items() if G is not None}
-    if not channels or document["verdict"] == GapVerdict.NO_MISSING:
-        return ()
-    worst = max(channels, key=lambda name: channels[name])
-    return f"{worst} magnitude", f"{worst} residual"
 
 
 def headline_of_document(document: Mapping[str, Any]) -> str:

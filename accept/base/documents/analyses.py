@@ -7,6 +7,9 @@ from typing import Annotated, Any
 
 from accept.base.documents.document import Document, Number, only_if
 
+REFUSED = "refused"  # stands in `verdict` where the workflow gave none; `reason` says why
+GAP_PICTURES = "gap/"  # how their names begin among the pictures of a unit
+
 
 @dataclass(frozen=True)
 class GapAtMode(Document):
@@ -179,3 +182,15 @@ class MisalignmentDocument(Document):
     dy_um: Offset
     verdict: Annotated[str, "`pass` or `no_result`"]
     reason: Annotated[str | None, "why there is no result"]
+
+
+def on_certificate(gap: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of the pictures that a certificate shows: magnitude and residual, before and after, of the
+    channel that fitted worst; none if nothing is missing or nothing was found."""
+    from checks.gap import GapVerdict  # not for those who ask for the form of a document alone
+
+    channels = {c: G for c, G in gap.get("gap_before", {}).get("channels", {}).items() if G is not None}
+    if not channels or gap["verdict"] == GapVerdict.NO_MISSING:
+        return ()
+    worst = max(channels, key=lambda name: channels[name])
+    return f"{worst} magnitude", f"{worst} residual"

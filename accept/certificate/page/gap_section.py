@@ -7,8 +7,9 @@ from typing import Any
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, Table, TableStyle
 
+from accept.base.documents.analyses import REFUSED
 from accept.certificate.page.body import padding
-from accept.gap import REFUSED, findings, gap_by_channel, headline_of_document
+from accept.gap import findings, gap_by_channel, headline_of_document
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.page_style import words

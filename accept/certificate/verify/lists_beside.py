@@ -3,28 +3,18 @@ the list that benches publish, and attached to the certificate itself. The newes
 certificate must not be older than any other, nor be missing."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from cryptography import x509
 
 from accept.base.home import home
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.contents.outcome import Step
 from accept.certificate.trust import authority
 from accept.certificate.trust.published_list import REVOKED, BenchList
-from accept.certificate.trust.revocation import (
-    RevocationError,
-    RevocationList,
-    Revoked,
-    aged,
-    is_canonical,
-    merged,
-    parsed,
-    read_list,
-)
+from accept.certificate.trust.revocation import RevocationList, Revoked, aged, merged, read_list
 from accept.certificate.trust.revocation_record import REMEDY, fault, newest_stored
-from accept.certificate.verify.signatures import Signed, doubt_of
+from accept.certificate.verify.revocation_check import attached_list
 from accept.store import StoreError
 
 
@@ -72,31 +62,3 @@ def _older_than_published(
             )
             return f"{words}, number {number}; {REMEDY}"
     return ""
-
-
-def attached_list(contents: CertificateContent, ca: x509.Certificate) -> RevocationList | None:
-    """Return the list of an authority that was attached when the unit was judged, None if it is of another one."""
-    given = contents.stated.crl
-    try:
-        return parsed(given.encode(), "the attached list", ca) if given else None
-    except RevocationError:
-        return None
-
-
-def attached_entries(contents: CertificateContent, roots: Sequence[x509.Certificate]) -> list[Revoked]:
-    """Return the entries of the list that was attached when the unit was judged, none without one. Raises
-    InvalidCertificate if it is not of a trusted authority, or not as this program writes it."""
-    if not contents.stated.crl:
-        return []
-    if not is_canonical(contents.stated.crl):
-        raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
-    found = next(filter(None, (attached_list(contents, ca) for ca in roots)), None)
-    if found is None:
-        raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
-    return list(found.entries)
-
-
-def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tuple[Signed, ...]:
-    """Return the signatures with the doubts of one more list. Raises InvalidCertificate if a key had been revoked when
-    it signed."""
-    return tuple(replace(s, doubt=s.doubt or doubt_of(s.certificate, s.when, revoked, s.stamped)) for s in signatures)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from accept.base.documents.analyses import GAP_PICTURES, REFUSED, on_certificate
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.verify.page_check import VERDICT_WORDS
 from accept.certificate.verify.result_diff import same_words
-from accept.gap import GAP_PICTURES, REFUSED, on_certificate
 from accept.pictures.jsonform import panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.acceptance import CHECKS

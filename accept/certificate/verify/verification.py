@@ -16,13 +16,13 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import InvalidCertificate, Step, guarded, one_line
 from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.trust import authority
+from accept.certificate.trust.approved_spec import check_spec
 from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation import Revoked
-from accept.certificate.trust.spec_approval import check_spec
 from accept.certificate.verify import attachments
-from accept.certificate.verify.lists_beside import attached_entries, doubted_by
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.ports import AttachedUnit, Known, Ports
+from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust

@@ -8,7 +8,8 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from accept.gap import G_NOTE, REFUSED, findings, gap_number, headline_of_document
+from accept.base.documents.analyses import REFUSED
+from accept.gap import G_NOTE, findings, gap_number, headline_of_document
 from accept.pictures import signs
 from accept.pictures.blocks import Role
 from accept.store import Event

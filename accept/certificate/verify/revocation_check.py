@@ -1,0 +1,39 @@
+"""The authority's list of revoked keys that is attached to a certificate, against its signatures."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from cryptography import x509
+
+from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.outcome import InvalidCertificate
+from accept.certificate.trust.revocation import RevocationError, RevocationList, Revoked, is_canonical, parsed
+from accept.certificate.verify.signatures import Signed, doubt_of
+
+
+def attached_list(contents: CertificateContent, ca: x509.Certificate) -> RevocationList | None:
+    """Return the list of an authority that was attached when the unit was judged, None if it is of another one."""
+    given = contents.stated.crl
+    try:
+        return parsed(given.encode(), "the attached list", ca) if given else None
+    except RevocationError:
+        return None
+
+
+def attached_entries(contents: CertificateContent, roots: Sequence[x509.Certificate]) -> list[Revoked]:
+    """Return the entries of the list that was attached when the unit was judged, none without one. Raises
+    InvalidCertificate if it is not of a trusted authority, or not as this program writes it."""
+    if not contents.stated.crl:
+        return []
+    if not is_canonical(contents.stated.crl):
+        raise InvalidCertificate("provenance.crl is not a list of revoked keys as this program writes it")
+    found = next(filter(None, (attached_list(contents, ca) for ca in roots)), None)
+    if found is None:
+        raise InvalidCertificate("the attached list of revoked keys is of no trusted authority")
+    return list(found.entries)
+
+
+def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tuple[Signed, ...]:
+    """Return the signatures with the doubts of one more list. Raises InvalidCertificate if a key had been revoked when
+    it signed."""
+    return tuple(replace(s, doubt=s.doubt or doubt_of(s.certificate, s.when, revoked, s.stamped)) for s in signatures)
