@@ -180,6 +180,8 @@ def _put(d: StartDialogue, texts: Mapping[str, str]) -> Turn:
         return Turn(d)
     answered = d.refused in changed
     d = replace(d, texts={**d.texts, **texts}, ends=False, refused=None if answered else d.refused)
+    if d.cursor is not None and d.cursor not in d.shown:
+        d = replace(d, cursor="kind")  # it stood in a part that this kind does not have
     following = _look(d) if changed & {"serial", "kind"} else Turn(d)
     return replace(following, words=FootWords(_GO_ON)) if answered else following
 

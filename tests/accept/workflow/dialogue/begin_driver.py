@@ -70,7 +70,7 @@ class Driver:
         if turn.words is not None:
             self.said, self.role = turn.words.text, turn.words.role
         for effect in turn.effects:
-            if self.waits:
+            if self.waits and not isinstance(effect, Common | start.Do | start.AskReason):  # those need no thread
                 self.threads.append(effect)
             else:
                 self.execute(effect)

@@ -61,36 +61,48 @@ class StartMachine(Machine):
         super().__init__()
         self.at: StartDriver = StartDriver(bench())
 
-    @precondition(lambda self: self.at.d.cursor is not None)
+    @property
+    def in_front(self) -> bool:
+        """Whether keys reach the first screen: no list of units, no question stands before it."""
+        return not any(
+            isinstance(each, Begun | start.AskReason) or each is start.Do.SHOW_UNITS for each in self.at.asked
+        )
+
+    @precondition(lambda self: self.in_front and self.at.d.cursor is not None)
     @rule(text=st.sampled_from(TEXTS), enters=st.booleans())
     def types(self, text: str, enters: bool) -> None:
         self.at.types(text)
         if enters:
             self.press("enter")
 
+    @precondition(lambda self: self.in_front)
     @rule(key=st.sampled_from(["enter", "f2", "f8", "escape"]))
     def press(self, key: str) -> None:
         self.at.press(key)
 
+    @precondition(lambda self: self.in_front)
     @rule(name=st.sampled_from([None, "operator", "serial", "kind", "apa"]))
     def stands_at(self, name: str | None) -> None:
         if name is None or name in self.at.d.shown:
             self.at.stands_at(name)
 
     @precondition(lambda self: start.Do.SHOW_UNITS in self.at.asked)
-    @rule(serial=st.sampled_from(["APA-01", "ST-01"]))
-    def chooses(self, serial: str) -> None:
-        self.at.answer(start.chosen, self.at.bench.known[serial], None)
+    @rule(serial=st.sampled_from([None, "APA-01", "ST-01"]))
+    def chooses(self, serial: str | None) -> None:
+        self.at.asked.remove(start.Do.SHOW_UNITS)
+        if serial is not None:
+            self.at.answer(start.chosen, self.at.bench.known[serial], None)
 
     @precondition(lambda self: any(isinstance(each, start.AskReason) for each in self.at.asked))
     @rule(reason=st.sampled_from([None, "dropped"]))
     def gives_a_reason(self, reason: str | None) -> None:
+        self.at.asked.remove(next(each for each in self.at.asked if isinstance(each, start.AskReason)))
         self.at.answer(start.reasoned, reason)
 
     @invariant()
     def the_cursor_is_in_a_field_that_is_shown(self) -> None:
         d = self.at.d
-        assert d.cursor is None or d.cursor in (*d.shown, "apa")
+        assert d.cursor is None or d.cursor in d.shown
         assert not d.ends or "Esc again" in self.at.said
         if not self.at.waits:
             assert not d.waits
