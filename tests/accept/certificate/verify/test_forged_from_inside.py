@@ -143,13 +143,12 @@ def test_a_verdict_that_does_not_follow_from_its_numbers_is_found(bench: Bench, 
 
 
 def test_countersigning_waits_until_it_was_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from accept.certificate.contents import content
     from accept.certificate.verify import attachments
 
     keys.init(home(), "correct horse", "Test Technician", "Grace", "battery staple")
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     monkeypatch.setattr(attachments, "SIZE_LIMIT", 0)
-    monkeypatch.setattr(content.content_of, "__defaults__", (0, {}, None))
+    monkeypatch.setattr(content_of, "__defaults__", (0, {}, None))
     unit, pdf = make_unit(tmp_path / "unit", "A-1"), tmp_path / "a.pdf"
     (unit / "heights.csv").write_text("x_mm,y_mm,z_um\n" + "".join(f"{x},{x * x % 7},{x % 3}\n" for x in range(8)))
     text = (unit / "unit.toml").read_text()
