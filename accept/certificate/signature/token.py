@@ -8,8 +8,8 @@ from pyhanko.config.pkcs11 import TokenCriteria
 from pyhanko.sign.pkcs11 import PKCS11Signer, open_pkcs11_session
 from pyhanko_certvalidator.registry import CertificateStore, SimpleCertificateStore
 
+from accept.certificate.signature.long_term import loaded
 from accept.certificate.signature.signing import LowS
-from accept.certificate.signature.timestamp import loaded
 from accept.certificate.trust.keys import Credential
 
 

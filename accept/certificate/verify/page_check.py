@@ -14,7 +14,7 @@ from accept.base import version
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import InvalidCertificate, Step
-from accept.certificate.signature.timestamp import revocation_data_of
+from accept.certificate.signature.long_term import revocation_data_of
 from accept.certificate.trust import authority
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed

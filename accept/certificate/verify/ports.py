@@ -11,7 +11,7 @@ from cryptography import x509
 from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import Step
-from accept.certificate.signature.timestamp import RevocationData
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.verify.signatures import Signed
 
 

@@ -18,8 +18,8 @@ from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import parse_stated
 from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.page.document import render
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import signed_again
-from accept.certificate.signature.timestamp import RevocationData
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.published_list import BenchList
 from accept.certificate.verify import attachments

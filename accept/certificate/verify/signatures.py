@@ -22,7 +22,8 @@ from accept.base.names import same_person
 from accept.certificate.contents.disposition import of_signature
 from accept.certificate.contents.outcome import InvalidCertificate, guarded, one_line
 from accept.certificate.signature import timestamp
-from accept.certificate.signature.timestamp import Stamped, kept_in, loaded
+from accept.certificate.signature.long_term import kept_in, loaded
+from accept.certificate.signature.timestamp import Stamped
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import QA, ROLES, TECHNICIAN
 from accept.certificate.trust.revocation import Revoked

@@ -11,7 +11,7 @@ from accept.base import watchdog
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.batch.job import UnitJob
 from accept.cli.main import app
-from specs.spec import pattern_problem
+from specs.patterns import pattern_problem
 from specs.strict import MAX_KEY_PARTS, toml_of
 from tests.accept.certificate.verify.hostile_files import plain
 from tests.accept.certificate.verify.verify_help import made_bench

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from accept.certificate.page.body import (
+from accept.certificate.page.clauses import (
     COVERAGE,
     SCOPE,
     days_words,

@@ -8,7 +8,7 @@ from pypdf import PdfReader
 
 from accept.certificate import DispositionError, parse_disposition
 from accept.certificate.contents.disposition import LONGEST, Disposition
-from accept.certificate.signature.signing import stamp_style
+from accept.certificate.signature.stamp import stamp_style
 from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store

@@ -14,9 +14,10 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate import SigningRefused, Validity
-from accept.certificate.signature import signing, timestamp
+from accept.certificate.signature import long_term, signing
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import sign
-from accept.certificate.signature.timestamp import RevocationData, stamper
+from accept.certificate.signature.timestamp import stamper
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
 from accept.cli.main import app
@@ -28,7 +29,7 @@ from tests.accept.units.units import make_unit
 
 @pytest.fixture(autouse=True)
 def nothing_asked_yet(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(timestamp, "_asked", {})  # a port may come again
+    monkeypatch.setattr(long_term, "_asked", {})  # a port may come again
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +167,7 @@ def test_answers_by_ocsp_are_kept_too(bench: Bench, answering: tuple[str, Author
     assert found.valid, found.reason
     assert any("was not revoked then, by what its servers answered" in line for line in found.details), found.details
     authority.revoked.append(now - timedelta(days=1))
-    timestamp._asked.clear()
+    long_term._asked.clear()
     with pytest.raises(SigningRefused, match=r"certificate is revoked.*nothing was signed"):
         sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
 

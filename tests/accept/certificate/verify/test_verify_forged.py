@@ -21,8 +21,8 @@ from pypdf import PdfReader, PdfWriter
 from accept.certificate import SigningRefused
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.page.document import render
+from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import _append, _signer, sign
-from accept.certificate.signature.timestamp import RevocationData
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential
 from tests.accept.certificate.certificate_help import WHEN, certificate_contents, judged_again, result
