@@ -30,7 +30,7 @@ from accept.base.documents.results import UnitRecord
 from accept.gap import GapAnalysis, Responses
 from accept.gap import analyse as _analyse
 from accept.gap import responses as unit_responses
-from accept.judging.judge_unit import default_spec, judge_unit, load_spec
+from accept.judging import default_spec, judge_unit, load_spec
 from accept.models.model_file import SIMULATED_MODEL, default_model
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import figure_of, picture
@@ -39,7 +39,7 @@ from accept.pictures.interactive import page
 from accept.pictures.items import draw_panel
 from accept.simulate import UnitRequest, UnitRequestError
 from accept.simulate import simulate as _simulate
-from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units import LoadedUnit, loaded
 from checks.cause import NoResult as NoResult
 from checks.errors import RecordError
 from checks.fitting import F_HI, F_LO, Calibration, Dataset, Fit, fit_panels, frf_panels

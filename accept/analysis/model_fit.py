@@ -9,7 +9,7 @@ from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, default_model, fit_record, open_model_file, write_model
-from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units import LoadedUnit, loaded
 from checks.errors import ModelError
 from checks.fitting import F_HI, F_LO, ModelFit, fit_model
 from checks.model import frequency_grid

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 from accept.base.atomic_files import write_atomic
 from accept.base.runner import GivenUp, Processes, Workers
-from accept.units.unit_folder import UnitFolder, anywhere, inside
+from accept.units import UnitFolder, anywhere, inside
 
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
 

@@ -13,6 +13,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from accept import units
 from accept.base.atomic_files import remove_leftovers
 from accept.base.documents.results import ListedUnit, UnitHeader, UnitRecord
 from accept.base.exit_codes import Exit, of_verdicts
@@ -21,22 +22,20 @@ from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
 from accept.base.spelling import spelling_key
 from accept.batch.executors import run_jobs
-from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.pipeline import Pipeline
 from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.services import JudgingServices
 from accept.certificate import ContentError, InvalidCertificate, ends_before
-from accept.certificate.trust.keys import Credential
-from accept.fleet import keep_findings
+from accept.certificate.trust import Credential
+from accept.fleet import BenchStopped, keep_findings
 from accept.gap import one_line
-from accept.judging.golden import BenchStopped
-from accept.judging.parts import part_doubts
-from accept.judging.voids import counted
+from accept.judging import spec_for
+from accept.judging.reservations import counted, part_doubts
 from accept.pictures.labels import label_of
 from accept.store import Event, Store, StoreError, fold
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units import UnitError, UnitFolder
 from checks.picture import Panel
 from checks.verdict import Verdict
 from specs.bench import BenchFile
@@ -92,7 +91,7 @@ class Roster:
 
     def unit(self, path: Path) -> UnitFolder:
         """Return the cached unit, read again if it was evicted. Raises UnitError."""
-        return self._held.get(path) or unit_folder.read(path)
+        return self._held.get(path) or units.read(path)
 
     def folder(self, serial: str) -> Path | None:
         """Return the folder of a unit of this batch, None if it has no such unit."""
@@ -254,19 +253,19 @@ class _Batch:
             self._refuse(address, reason)
         for path in self.request.paths:
             try:
-                found = unit_folder.find(path)
+                found = units.find(path)
             except UnitError as e:
                 self._refuse(path, str(e))
                 continue
             for folder in found:
                 try:
-                    one = unit_folder.read(folder)
+                    one = units.read(folder)
                     spec_for(one, self.request.specs)
                     self.roster.add(one)
                 except UnitError as e:
                     self._refuse(folder, str(e))
         for serial, path, others in self.roster.clashes():
-            where = path / unit_folder.UNIT_FILE
+            where = path / units.UNIT_FILE
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 

@@ -9,9 +9,9 @@ from rich.text import Text
 from accept.base.documents.results import SIMULATED, UnitRecord
 from accept.gap import one_line
 from accept.judging.advice import advice
-from accept.judging.decisions import stated_words
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
+from accept.store.decisions import stated_words
 from checks.acceptance import CHECKS
 from checks.rounding import rounded
 from checks.verdict import Finding, Verdict

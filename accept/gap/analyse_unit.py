@@ -15,8 +15,7 @@ from accept.gap.report import summary
 from accept.gap.text import words_of
 from accept.gap.unit_responses import SEARCH_LO, Responses, channels_of, realisations, responses, trials_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
-from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units import RESPONSES, LoadedUnit, UnitError, UnitFolder, loaded
 from checks.errors import ModelError, RecordError
 from checks.fitting import (
     CHANNELS,

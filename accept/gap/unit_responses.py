@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from accept.units import unit_folder as units
-from accept.units.loaded_unit import LoadedUnit, loaded
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept import units
+from accept.units import LoadedUnit, UnitError, UnitFolder, loaded
 from checks.acceptance import CHECKS, record_faults
 from checks.arrays import Array
 from checks.cause import together

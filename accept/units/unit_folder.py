@@ -15,7 +15,7 @@ from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
-from accept.units.attempt_folder import last_attempt
+from accept.units.attempts import last_attempt
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import Experiments, experiments_of
 from checks.acceptance import CHECKS, RESERVED, check_for
@@ -135,6 +135,13 @@ def _read_text(path: Path) -> bytes:
         if not path.exists() and (last := last_attempt(path.parent, UNIT_FILE)) is not None:
             raise UnitError(path, [f"is not there, the folder holds attempts; the last one: {last}"]) from e
         raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
+
+
+def parsed(text: bytes) -> UnitFolder:
+    """Return the unit of a `unit.toml` without its folder. Raises UnitError, ValueError."""
+    if len(text) > MAX_UNIT_TOML_BYTES:
+        raise ValueError(f"it has {len(text)} bytes, at most {MAX_UNIT_TOML_BYTES} are read")
+    return parse(Path(), text, toml_of(text))
 
 
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:

@@ -52,7 +52,7 @@ def import_all() -> None:
 def workflow(folder: Path) -> None:
     """A unit from its first entry to a certificate that verifies."""
     from accept.base.home import home
-    from accept.judging.judge_unit import load_spec
+    from accept.judging import load_spec
     from accept.store import open_store
     from accept.workflow import certify
     from checks.declare import Measured

@@ -10,6 +10,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from accept.store.key_certificates import is_compromised
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
@@ -153,8 +154,4 @@ def made(
 
 
 def _entry(one: x509.RevokedCertificate) -> Revoked:
-    try:
-        reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
-    except x509.ExtensionNotFound:
-        reason = x509.ReasonFlags.unspecified
-    return Revoked(one.serial_number, one.revocation_date_utc, reason is x509.ReasonFlags.key_compromise)
+    return Revoked(one.serial_number, one.revocation_date_utc, is_compromised(one))

@@ -24,8 +24,7 @@ from accept.commands.answer import PLAIN, Answer, File, Remark, command, first_o
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
-from accept.units import toml_edit
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import UNIT_FILE, toml_edit
 from accept.workflow.capture import measure_folder
 from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder, open_bench_recorder
 from checks.errors import RecordError

@@ -27,7 +27,7 @@ from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.fleet import learn, lines, measured_units, shifts, write_population
 from accept.gap import beside_truth
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.models.model_file import open_model_file
 from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut, earlier_struts

@@ -11,7 +11,7 @@ import tomlkit
 from accept.base.progress import steps
 from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, as_weighed, model_of_spec
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from checks.errors import ModelError
 from checks.population import FEWEST, Population, UnitOfBatch, learn_population
 from specs.model import parse_model

@@ -26,11 +26,11 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
-from accept.judging.decisions import stated_words
-from accept.judging.voids import voids
+from accept.judging.reservations import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Store, fold
+from accept.store.decisions import stated_words
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.verdict import Finding

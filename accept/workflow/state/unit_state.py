@@ -21,7 +21,7 @@ from accept.store.payloads import (
     ValueTaken,
     payload_of,
 )
-from accept.units.attempt_folder import attempt_folder
+from accept.units import attempt_folder
 
 
 @dataclass(frozen=True)

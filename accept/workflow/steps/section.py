@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 from accept.store.payloads import MARK, ValueTaken
-from accept.units.folder_header import TYPED
+from accept.units import TYPED
 from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS

@@ -15,7 +15,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input
 
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store.payloads import StepJudged
 from accept.tui.screens import units
 from accept.workflow.bench import Workbench

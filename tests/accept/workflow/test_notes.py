@@ -15,8 +15,8 @@ from accept.base.home import home
 from accept.certificate import InvalidCertificate, content_of, read_contents
 from accept.certificate.page.document import render
 from accept.certificate.verify import attachments
-from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.nonconformance import open_nonconformances
+from accept.judging import judge_unit, load_spec
+from accept.judging.reservations.nonconformance import open_nonconformances
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.workflow import certify

@@ -4,7 +4,7 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import default_specs, load_spec
+from accept.judging import default_specs, load_spec
 from accept.store import Store, open_store
 from accept.workflow import certify
 from accept.workflow.entry.shift import IDLE_S, SHIFT_S, SigningShift

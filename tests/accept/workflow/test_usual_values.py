@@ -1,7 +1,7 @@
 """The usual value of a quantity: the median over the last units of the kind, each once."""
 
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
 from accept.workflow.session.open_session import FEWEST, UNITS, open_session, usual_values

@@ -10,10 +10,10 @@ from pypdf import PdfReader
 from accept.base.home import home
 from accept.certificate import DispositionError, SigningRefused, Verification, read_contents
 from accept.certificate.trust import keys
-from accept.judging import golden
-from accept.judging.decisions import Signer
-from accept.judging.judge_unit import load_spec
+from accept.fleet import golden
+from accept.judging import load_spec
 from accept.store import Store, open_store
+from accept.store.decisions import Signer
 from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify

@@ -8,8 +8,7 @@ import pytest
 import tomlkit
 
 from accept.base.home import home
-from accept.judging import judge_unit
-from accept.judging.judge_unit import load_spec
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -85,7 +84,7 @@ def test_a_folder_is_taken_up_as_it_is(folder: Path):
     assert mine.sections.keys() == theirs.sections.keys()
     assert mine.sections["capacitance"].entries == theirs.sections["capacitance"].entries
     assert dict(mine.measured) | {"stroke": None} == dict(theirs.measured) | {"stroke": None}
-    again = judge_unit.judge_unit(theirs, load_spec("apa-basic"))
+    again = judge_unit(theirs, load_spec("apa-basic"))
     assert verdict.findings == again.findings  # the same as a batch over the folder says
 
 

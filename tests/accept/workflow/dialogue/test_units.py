@@ -2,7 +2,7 @@
 
 import pytest
 
-from accept.judging.judge_unit import default_spec
+from accept.judging import default_spec
 from accept.workflow.dialogue import units as dialogue
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.dialogue.units import SCAN, CloseList

@@ -9,8 +9,8 @@ store holds no two units of such serials (`accept.base.spelling`).
 
 from accept.base.documents.results import UnitHeader, UnitRecord
 from accept.base.spelling import difference, spelling_key
-from accept.judging.nonconformance import open_nonconformances
-from accept.judging.voids import voids
+from accept.judging.reservations.nonconformance import open_nonconformances
+from accept.judging.reservations.void_attempts import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from checks.verdict import UnitVerdict

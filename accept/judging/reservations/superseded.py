@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
-from accept.judging.copies import Channels, same_recording
+from accept.judging.reservations.copies import Channels, same_recording
+from accept.judging.samples import is_typed, section_read_by
 from accept.store import Event
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed, section_read_by
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import UNIT_FILE
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
