@@ -9,7 +9,6 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from accept.gap import one_line
 from accept.judging import spec_for
 from accept.judging.reservations import counted, part_doubts
 from accept.pictures.labels import label_of
-from accept.store import Event, Store, StoreError, fold
+from accept.store import Store, StoreError, fold
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
 from accept.units import UnitError, UnitFolder
 from checks.picture import Panel
@@ -356,7 +355,8 @@ class _Batch:
         kinds = set()
         with results:
             for serial, seq, earlier, since in roster.results():
-                *more, judged = _judgements(self.store, serial, since, seq)
+                known = self.store.events(serial, UnitJudged.KIND, after=since - 1)
+                *more, judged = (event for event in known if event.seq <= seq)
                 path = None if serial in self.unsigned else request.certificate(serial)
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
@@ -391,10 +391,6 @@ def _why(result: UnitRecord) -> str:
     words += [without_hashes(noted) for noted in result.nonconformances]
     because = f" ({'; '.join(words)})" if words else ""
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
-
-
-def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
-    return takewhile(lambda e: e.seq <= last, store.events(serial, UnitJudged.KIND, after=first - 1))
 
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:

@@ -91,13 +91,7 @@ class JudgingPort(Protocol):
         """Return the model that is to explain a unit's responses, None without responses or model."""
 
     def stands(
-        self,
-        entry: UnitRecord,
-        unit: UnitFolder,
-        spec: Spec,
-        stated: Statement | None,
-        reservations: Any,
-        out: Path | None,
+        self, entry: UnitRecord, unit: UnitFolder, spec: Spec, stated: Statement | None, held: Any, out: Path | None
     ) -> bool:
         """Return whether a result stands beside its inputs: models, calibration, reservations and explanation are as
         they were, and what the explanation names is in `out`."""

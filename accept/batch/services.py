@@ -67,19 +67,13 @@ class JudgingServices:
         return self._starts[spec.sha256]
 
     def stands(
-        self,
-        entry: UnitRecord,
-        unit: UnitFolder,
-        spec: Spec,
-        stated: Statement | None,
-        reservations: Reservations,
-        out: Path | None,
+        self, entry: UnitRecord, unit: UnitFolder, spec: Spec, stated: Statement | None, held: Any, out: Path | None
     ) -> bool:
         if spec.sha256 not in self._models:
             self._models[spec.sha256] = Models().hashes(spec)
         if entry.models != self._models[spec.sha256] or not self.same_calibration(entry.calibration, stated):
             return False
-        return reservations == Reservations.stated(entry) and stands(entry.gap, self.start(unit, spec), out or Path())
+        return held == Reservations.stated(entry) and stands(entry.gap, self.start(unit, spec), out or Path())
 
     def statement(
         self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date, measured: Mapping[str, date]

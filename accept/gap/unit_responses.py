@@ -15,7 +15,7 @@ from checks.arrays import Array
 from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
-from checks.fitting import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
+from checks.fitting import CHANNELS, F_HI, F_LO, Dataset
 from checks.gap import ConditionTrial, GapRefused, check_same_unit
 from checks.model import LearnedBench
 from checks.record import Record
@@ -77,7 +77,7 @@ def responses(
         raise UnitError(unit.path / units.UNIT_FILE, ["[frf] names no record 'low'"])
 
     def dataset(low: str, high: str) -> Dataset:
-        return dataset_from_records(
+        return Dataset.from_records(
             records[low],
             records.get(high),
             merge_Hz,
@@ -241,7 +241,7 @@ def _half(record: Record, second: bool) -> Record:
 
 def _dataset(low: Record, high: Record | None, measured: Responses, tolerance: float) -> Dataset:
     """Return a dataset with the channels and the frequencies of the unit's own responses."""
-    return dataset_from_records(
+    return Dataset.from_records(
         low,
         high,
         measured.merge_Hz,

@@ -16,13 +16,7 @@ from specs import door
 
 if TYPE_CHECKING:
     from accept.judging.bench_errors import consistent, without_bench_errors
-    from accept.judging.calibration import (
-        References,
-        Statement,
-        checked_calibration,
-        same_calibration,
-        statement,
-    )
+    from accept.judging.calibration import References, Statement, checked_calibration, same_calibration, statement
     from accept.judging.consistency import contradictions
     from accept.judging.inputs import input_doubts
     from accept.judging.judge import (

@@ -43,12 +43,9 @@ def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
             value = _plain(asked.settings.get(setting.name, setting.default))
             if setting.name not in check.inputs and value != _plain(setting.default):
                 used.append(UsedInput(setting.name, value, unit_of(setting.name), SPEC))
-        found[name] = tuple(replace(each, value=_finite(each.value), U=_number(each.U)) for each in used)
+        known = (each if math.isfinite(each.U or 0.0) else replace(each, U=None) for each in used)
+        found[name] = tuple(replace(each, value=_finite(each.value)) for each in known)
     return found
-
-
-def _number(x: float | None) -> float | None:
-    return x if x is not None and math.isfinite(x) else None
 
 
 def _finite(value: Any) -> Any:

@@ -23,9 +23,7 @@ from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
-from checks.record import Record
 from checks.verdict import Finding, judge, largest_U, unit_verdict
-from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import NAME, CheckSpec, Spec, load
@@ -190,9 +188,8 @@ def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
     found = [f"{step}: {name} does not apply: {why}" for step, name, why in reads if step in spec.checks]
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
-            values = held.values(section)
-            read = [v.remarks for v in values.values() if isinstance(v, Record | Remarked)]
-            found += [f"{section}: {words}" for remarks in read for words in remarks]
+            read = held.values(section).values()
+            found += [f"{section}: {words}" for value in read for words in getattr(value, "remarks", ())]
     typed = ((name, lines) for name, lines in held.folder.notes.items() if name in spec.checks)
     return found + [typed_note(name, line) for name, lines in typed for line in lines]
 

@@ -1,6 +1,6 @@
 """Parameters fitted to measured responses: data with their noise, a fit with its covariance, and what it leaves.
 
-    data = dataset_from_records(low, high, merge_Hz=350.0, tolerance=model.tolerance)  # records of noise or sweeps
+    data = Dataset.from_records(low, high, merge_Hz=350.0, tolerance=model.tolerance)  # records of noise or sweeps
     data.f, data.H, data.cov  # (F,) [Hz], (F, C) per volt of Va, (F, C, C)
 
     fitted = fit_model(model, first, second, starts=1, say=print)  # two realisations, or None
@@ -17,7 +17,7 @@ from specs import door
 
 if TYPE_CHECKING:
     from checks.fitting.calibrate import Calibration
-    from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records, dataset_of
+    from checks.fitting.dataset import CHANNELS, F_HI, F_LO, Dataset
     from checks.fitting.fit import Fit
     from checks.fitting.goodness import gaps
     from checks.fitting.identifiability import (

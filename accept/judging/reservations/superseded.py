@@ -68,7 +68,8 @@ def superseded(
     those that were declared void; approval: of the spec that the unit is judged by."""
     counted = [(n, event, payload.result) for n, (event, payload) in enumerate(judged, 1) if event.seq not in void]
     older = _older([(f"attempt {n}", event.time[:10], result) for n, event, result in counted], entry)
-    revised = [approval is not None and approval.revises(e) and _has_same_data(entry, r) for _, e, r in counted]
+    same = [dict(entry.inputs) == dict(r.inputs) and _bench(entry) == _bench(r) for _, _, r in counted]
+    revised = [s and approval is not None and approval.revises(e) for s, (_, e, _) in zip(same, counted, strict=True)]
     held = _inherited([(f"attempt {n} of {e.time[:10]}", r) for n, e, r in counted], revised, entry)
     return {
         check: f"{check}: {'; '.join(w[check] for w in (held, older) if check in w)}" for check in {**older, **held}
@@ -210,10 +211,6 @@ def _changes(entry: UnitRecord, result: UnitRecord) -> list[str]:
 
 def _bench(result: UnitRecord) -> object:
     return (result.calibration or {}).get("sha256")
-
-
-def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
-    return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
 
 
 def _records(entry: UnitRecord, check: str) -> list[Channels]:

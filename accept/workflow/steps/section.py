@@ -43,14 +43,10 @@ def repeated(readings: Sequence[ValueTaken], asked: CheckSpec, name: str) -> Rep
     if len(readings) == 1:
         return Repeated(value, 1, None, typed)
     scatter = stdev(r.value for r in readings)
-    stated = typed if typed is not None else _stated(asked, name, value)
+    by_spec = asked.uncertainty.get(name)
+    stated = by_spec.at(value) if typed is None and by_spec else typed
     U = None if stated is None else math.hypot(stated, COVERAGE_FACTOR * scatter / math.sqrt(len(readings)))
     return Repeated(value, len(readings), scatter, U)
-
-
-def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
-    stated = asked.uncertainty.get(name)
-    return stated.at(value) if stated else None
 
 
 def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
