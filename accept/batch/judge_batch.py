@@ -30,9 +30,9 @@ from accept.certificate.trust import Credential
 from accept.fleet import BenchStopped, keep_findings
 from accept.gap import one_line
 from accept.judging import spec_for
-from accept.judging.reservations import counted, part_doubts
+from accept.judging.reservations import part_doubts
 from accept.pictures.labels import label_of
-from accept.store import Store, StoreError, fold
+from accept.store import Store, StoreError
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
 from accept.units import UnitError, UnitFolder
 from checks.picture import Panel
@@ -361,8 +361,8 @@ class _Batch:
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    past = counted(self.store, self.pipeline.events(serial))
-                    ended = ends_before(fold(past, before=judged.seq))
+                    past = self.pipeline.events(serial)
+                    ended = ends_before(self.pipeline.services.state(past, before=judged.seq))
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)

@@ -120,7 +120,7 @@ class Pipeline:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
             if answer:
                 self._confirmed.add(unit.path)
-                self.services.confirm(unit.serial)
+                self.services.tell_apart(unit.serial)
                 known = Known(before, self._reservations(unit, last))
         return known
 

@@ -123,7 +123,7 @@ class JudgingPort(Protocol):
     def question(self, serial: str, doubted: Mapping[str, str]) -> str:
         """Return the question about a serial that is in doubt."""
 
-    def confirm(self, serial: str) -> None:
+    def tell_apart(self, serial: str) -> None:
         """Store that the operator told a serial apart from those that look like it."""
 
     def withhold_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> dict[str, int]:

@@ -17,14 +17,7 @@ from accept.certificate.trust import Credential, approved_at, bench_statement
 from accept.fleet import check_may_judge, goldens, missed
 from accept.gap import StartModel, applies, stands
 from accept.judging import Statement, checked_calibration, same_calibration
-from accept.judging.reservations import (
-    Approval,
-    Reservations,
-    confirm_serial,
-    counted,
-    serial_question,
-    withhold_others,
-)
+from accept.judging.reservations import Approval, Reservations, counted, serial_question, tell_apart, withhold_others
 from accept.models.evidence import Models
 from accept.store import Event, Store, UnitState, fold
 from accept.units import UnitFolder
@@ -100,8 +93,8 @@ class JudgingServices:
         approval = self._approval(spec) if past else None
         return Reservations.known(self._store, unit, result, confirmed_by, past, approval)
 
-    def confirm(self, serial: str) -> None:
-        confirm_serial(self._store, serial, self._issuer.who)
+    def tell_apart(self, serial: str) -> None:
+        tell_apart(self._store, serial, self._issuer.who)
 
     def withhold_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> dict[str, int]:
         return withhold_others(self._store, serial, copies, self._issuer.who)

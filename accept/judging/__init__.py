@@ -6,9 +6,8 @@
 
     contradictions(record, chosen)  # what does not follow from its own values: a stored verdict is never trusted
 
-With a bench file the record states the calibrations behind it: `judge_unit(unit, chosen, statement(bench, ...))`. What
-the store knows against a unit is added by `accept.judging.reservations` before a verdict is stored. What to do about
-findings is in `accept.judging.advice`: who shows it judges nothing."""
+With a bench file the record states the calibrations behind it (`statement`). What the store knows against a unit is
+added by `accept.judging.reservations`. What to do about findings is in `accept.judging.advice`."""
 
 from typing import TYPE_CHECKING
 

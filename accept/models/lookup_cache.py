@@ -175,7 +175,6 @@ def _row_file(plan: Plan, i: int) -> Path:
 
 
 def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
-    """Yield the rows of an earlier build that can be read and agree with the plan."""
     for i in range(plan.dx.size):
         path = _row_file(plan, i)
         if not path.exists():

@@ -8,8 +8,7 @@
         held = loaded(unit)  # reads each file once: the bytes that are hashed are judged and attached
         held.values("capacitance")  # numbers with their U, records, tables; RecordError if one is damaged
 
-A unit in the workflow has a folder for each attempt below that of its serial (`attempt_folder`). What writes to a
-folder is in `accept.units.attach` (records and `unit.toml` of the workflow) and `accept.units.toml_edit`."""
+What writes to a folder is in `accept.units.attach` (records of the workflow) and `accept.units.toml_edit`."""
 
 from typing import TYPE_CHECKING
 

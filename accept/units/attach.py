@@ -27,7 +27,10 @@ def take_in(
     if not source.is_file():
         raise RecordError(f"{source.name or source}: no such file")
     try:
-        _readable(source, declared, channels)
+        if isinstance(declared, CsvTable):
+            records.read_table(source, declared)
+        else:
+            records.read(source, declared, channels)
     except RecordError as e:
         raise pointed_to_variant(e, kind, declared, lambda series: records.read(source, series, channels)) from e
     return copy_in(source, folder, records.DEFAULT_LIMITS.max_bytes)
@@ -42,13 +45,6 @@ def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
     if not (folder / name).exists():
         write_atomic(folder / name, content)
     return name, digest
-
-
-def _readable(source: Path, declared: Series | CsvTable, channels: Channels) -> None:
-    if isinstance(declared, CsvTable):
-        records.read_table(source, declared)
-    else:
-        records.read(source, declared, channels)
 
 
 def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bool:

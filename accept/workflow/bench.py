@@ -119,7 +119,7 @@ class Workbench:
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             if begun.confirmed:
-                self.services.confirm_serial(self.store, begun.serial, begun.operator)
+                self.services.tell_apart(self.store, begun.serial, begun.operator)
             self.services.warm()
             problems = self._attempt(session, begun)
             if self.training is not None:

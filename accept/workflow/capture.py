@@ -93,7 +93,6 @@ def _record(
 
 
 def _typed(session: Session, step: str) -> dict[str, Any]:
-    """Return the values that the step has already, by input."""
     state = session.state(step)
     inputs = session.step(step).check.inputs
     return {name: readings[-1] for name in inputs if (readings := state.readings(name))}
@@ -161,7 +160,6 @@ def measure_folder(
 
 
 def _numbers(section: UnitSection[Any] | None) -> dict[str, float]:
-    """Return the single values that a folder has of a section."""
     if section is None:
         return {}
     found = {name: section.number(name) for name in section.entries}

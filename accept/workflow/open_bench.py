@@ -8,7 +8,7 @@ from accept import units
 from accept.base.home import home
 from accept.capture.operator_actions import Person
 from accept.judging import default_specs, load_spec
-from accept.judging.reservations import confirm_serial, serial_doubt
+from accept.judging.reservations import serial_doubt, tell_apart
 from accept.store import open_store
 from accept.units import UnitError
 from accept.workflow.bench import Workbench
@@ -34,7 +34,7 @@ class BenchServices(WorkerProcess):
     open_session = staticmethod(open_session)
     refuse_passphrases = staticmethod(refuse_passphrases)
     serial_doubt = staticmethod(serial_doubt)
-    confirm_serial = staticmethod(confirm_serial)
+    tell_apart = staticmethod(tell_apart)
     signing = staticmethod(Signing)
     key_problem = staticmethod(key_problem)
 

@@ -86,7 +86,7 @@ class Services(Protocol):
         """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
         StoreError."""
 
-    def confirm_serial(self, store: Store, serial: str, who: str) -> None:
+    def tell_apart(self, store: Store, serial: str, who: str) -> None:
         """Store that a person told a serial apart from those that look like it. Raises StoreError."""
 
     def open_session(

@@ -135,8 +135,10 @@ def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Po
     belongs = np.array([f.fits for f in fits])
     while True:
         batches = _batches(precision, pull, prior, belongs)
-        # by what it is made of: a misaligned unit belongs
-        found = [compare(P, h, _aligned_anyhow(b, names)) for P, h, b in zip(precision, pull, batches, strict=True)]
+        # by what it is made of: a unit that is misaligned by anything belongs
+        scatters = ([OFFSETS.get(n, s) for n, s in zip(names, b.scatter, strict=True)] for b in batches)
+        made = (replace(b, scatter=np.array(scatter)) for b, scatter in zip(batches, scatters, strict=True))
+        found = [compare(P, h, b) for P, h, b in zip(precision, pull, made, strict=True)]
         strange = np.array([min(b.p_all, b.p_worst) < STRANGE for b in found])
         if not (belongs & strange).any() or np.sum(belongs & ~strange) < FEWEST:
             break
@@ -224,11 +226,6 @@ def _with_few_offsets(batch: Batch, names: Sequence[str]) -> Batch:
     wide = float(stats.t.ppf(0.975, len(batch.units))) / TWO_SIDED_95
     wider = np.array([wide if n in OFFSETS else 1.0 for n in names])
     return replace(batch, scatter=batch.scatter * wider, mean_cov=batch.mean_cov * np.outer(wider, wider))
-
-
-def _aligned_anyhow(batch: Batch, names: Sequence[str]) -> Batch:
-    """Return the batch whose units may be misaligned by anything."""
-    return replace(batch, scatter=np.array([OFFSETS.get(n, s) for n, s in zip(names, batch.scatter, strict=True)]))
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:

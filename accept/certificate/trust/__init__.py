@@ -9,8 +9,7 @@
     bench_statement(bench, spec.checks, day, home, {})  # calibrations, and which instruments are commissioned
     approved_at(spec, home)  # when quality assurance approved it
 
-The authority's key can be kept off the bench: without it one signs as oneself alone. Keys are requested, issued,
-renewed and revoked by `accept keys`; its commands, and the verification, alone read the files behind this door."""
+Keys are requested, issued, renewed and revoked by `accept keys`; its commands read the files behind this door."""
 
 from typing import TYPE_CHECKING
 

@@ -105,7 +105,6 @@ def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingPr
 
 
 def _column(name: str) -> Column:
-    """Return a column in which no word of the title is cut."""
     title = TITLES.get(name, name)
     return Column(title, no_wrap=name in WHOLE, min_width=max(map(len, title.split()), default=1))
 

@@ -100,7 +100,6 @@ def _rules(text: str | None) -> list[int]:
 
 
 def _row(document: Mapping[str, Any]) -> dict[str, object]:
-    """Return a group's line of the table: each index with its 95 % interval."""
 
     def index(name: str) -> str | None:
         value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))

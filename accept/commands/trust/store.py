@@ -231,7 +231,6 @@ def _event_row(event: Event) -> EventListed:
 
 
 def _verdict(event: Event) -> str:
-    """Return the details of an event for an auditor: the verdict and its causes, the role of a signature, a reason."""
     try:
         payload = payload_of(event)
     except StoreError as e:

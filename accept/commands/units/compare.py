@@ -89,7 +89,6 @@ def _label(name: str) -> str:
 
 
 def _table(found: Fleet) -> Table:
-    """Return a row per quantity and curve: the fleet's median, and the unit farthest out."""
     titles = ("no", "quantity", "median", "farthest", "value", "score", "chance")
     left = ("quantity", "farthest")
     columns = (Column(title, no_wrap=True, justify="left" if title in left else "right") for title in titles)

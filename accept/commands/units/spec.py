@@ -96,7 +96,6 @@ def check(
 
 
 def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
-    """Return the specs that are valid, and lines about all of them."""
     from accept.judging import load_spec, spec_warnings
 
     found, words = [], list[str]()

@@ -174,7 +174,6 @@ def _link(path: Path, out: Path | None) -> str:
 
 
 def _row(finding: Finding, first: bool) -> list[Any]:
-    """Return a finding in the order of `FINDING` and `SHOWN`."""
     columns = {name: getattr(finding, name) for name in FINDING}
     if isinstance(finding.reason, str):
         columns["reason"] = pretty(finding.reason)

@@ -17,7 +17,7 @@ from specs import door
 
 if TYPE_CHECKING:
     from accept.judging.reservations.copies import copies_of, settle_copies, withhold_others
-    from accept.judging.reservations.folder_name import confirm_serial, serial_doubt, serial_question, unconfirmed
+    from accept.judging.reservations.folder_name import serial_doubt, serial_question, tell_apart, unconfirmed
     from accept.judging.reservations.nonconformance import (
         RELEASING,
         concessions,

@@ -71,7 +71,7 @@ def unconfirmed(store: Store, serial: str) -> list[str]:
     return [each for each in known if each not in told]
 
 
-def confirm_serial(store: Store, serial: str, who: str) -> None:
+def tell_apart(store: Store, serial: str, who: str) -> None:
     """Store that a person told a serial apart from those that look like it, so that it is asked once. Raises
     StoreError."""
     if known := unconfirmed(store, serial):

@@ -184,7 +184,6 @@ def _is_new(entry: UnitRecord, result: UnitRecord, finding: Finding) -> bool:
 
 
 def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:
-    """Return what was typed for a check."""
     used = {
         u.name: str(u.value) for f in result.findings if f.check == check for u in f.inputs if u.source == UNIT_FILE
     }
@@ -192,7 +191,6 @@ def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:
 
 
 def _files(result: UnitRecord, check: str) -> dict[str, str]:
-    """Return the hash of each file that a check reads, by name."""
     stated = (str(used.value) for f in result.findings if f.check == check for used in f.inputs)
     return {name: result.inputs[name] for name in stated if name in result.inputs}
 

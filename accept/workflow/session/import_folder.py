@@ -47,7 +47,6 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
 
 
 def _single(part: UnitSection[Check]) -> dict[tuple[str, int | None], Measured | FileEntry]:
-    """Return the entries by input and place, a list as its values one by one."""
     found: dict[tuple[str, int | None], Measured | FileEntry] = {}
     for name, entry in part.entries.items():
         if isinstance(entry, np.ndarray):

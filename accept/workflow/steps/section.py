@@ -142,7 +142,6 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
 
 
 def _sources(step: WorkflowStep, state: StepState) -> list[str]:
-    """Return where the values that count come from: instruments, and `typed`."""
     places = [
         (i.name, index)
         for i in step.form(state.form).inputs

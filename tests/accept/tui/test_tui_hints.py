@@ -40,7 +40,6 @@ from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
-from hw.records.writers import write_csv, write_mat
 from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
@@ -56,6 +55,7 @@ from tests.accept.tui.tui_help import (
     type_line,
     words,
 )
+from tests.shared.record_files import write_csv, write_mat
 
 WHY = "the rest is measured tomorrow"
 AGO_S = 100.0  # the records were written to their ends

@@ -23,7 +23,6 @@ from accept.workflow.dialogue.begin import Begun
 from accept.workflow.session import Session, panel_cache
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
-from hw.records.writers import write_csv
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
@@ -38,6 +37,7 @@ from tests.accept.tui.tui_help import (
 )
 from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.shared.record_files import write_csv
 
 pytestmark = pytest.mark.skipif("NO_COLOR" in os.environ, reason="pictures are compared with their colours")
 SIZES = pytest.mark.parametrize("size", [NARROW, (100, 30), WIDE], ids=["80x24", "100x30", "140x40"])

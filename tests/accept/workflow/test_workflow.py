@@ -27,7 +27,7 @@ from accept.workflow.worker.judging import Elsewhere, judge_here, judge_step, ju
 from accept.workflow.worker.not_done import NotDone
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
-from hw.records.writers import write_csv
+from tests.shared.record_files import write_csv
 
 REASON = "only the stroke was wanted"
 HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of [STB] 2.1.2

@@ -22,9 +22,9 @@ from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
-from hw.records.writers import write_csv
 from specs.bench import ChannelSource
 from tests.accept.workflow.test_workflow import fill, take
+from tests.shared.record_files import write_csv
 
 UNIT = {
     "serial": "APA-05",
