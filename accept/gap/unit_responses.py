@@ -19,7 +19,7 @@ from checks.fitting import CHANNELS, F_HI, F_LO, Dataset
 from checks.gap import ConditionTrial, GapRefused, check_same_unit
 from checks.model import LearnedBench
 from checks.record import Record
-from checks.signals import ModeShift, find_mode_shifts
+from checks.signals import ModeShift
 from specs.plugins import product_named
 
 _SHARED = CHECKS["frf"].inputs["merge_Hz"]
@@ -181,7 +181,7 @@ def _mode_shifts(A: Dataset, B: Dataset, measured: Responses) -> tuple[ModeShift
     change = gain_change(A, B, 1.0 / noise)
     off = np.abs(B.H[:, k] - (1.0 + change[k]) * A.H[:, k]) > OFF * np.sqrt(noise[:, k])
     low, repeat = measured.records["low"], measured.records["low_repeat"]
-    return find_mode_shifts(low, repeat, channel, A.f[off & (A.f <= measured.merge_Hz)], measured.merge_Hz)
+    return ModeShift.between(low, repeat, channel, A.f[off & (A.f <= measured.merge_Hz)], measured.merge_Hz)
 
 
 def _shift_notes(shifts: Sequence[ModeShift]) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Processes, Workers
 from checks.arrays import Array
-from checks.misalignment import MisalignmentTable, table_axes, table_row
+from checks.misalignment import MisalignmentTable, table_row
 from checks.model import Model
 from specs.errors import AcceptError
 
@@ -54,7 +54,7 @@ class Plan:
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
         """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
         or joints."""
-        return cls(*table_axes(model, nx, ny))
+        return cls(*MisalignmentTable.axes(model, nx, ny))
 
     @property
     def sha256(self) -> str:

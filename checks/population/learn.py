@@ -97,6 +97,20 @@ class Population:
     covered: tuple[int, int]
     bench: LearnedBench | None
 
+    @classmethod
+    def of_units(cls, units: Sequence[UnitOfBatch], model: Model, say: Say, steps: Progress) -> "Population":
+        """Fit every unit, learn bench and batch, judge each unit by the others. model: as its file describes it. Raises
+        ModelError if it has no uncertain value, NothingLearned if no unit can be fitted at all."""
+        if not model.sds:
+            raise ModelError(f"{model.name}: no value has an sd, so there is nothing to learn")
+        fitted = fit_all([replace(u, model=alone(u.model)) for u in units], say, steps)
+        if not any(f.G for f in fitted.fits):
+            raise NothingLearned(
+                f"no values of {model.name} come near the responses of any of {len(units)} units: the model is of "
+                "another kind of unit, or its priors are too narrow for these"
+            )
+        return population_of_fits(fitted, alone(model), steps)
+
     @property
     def determined(self) -> tuple[Array, tuple[tuple[int, int, float], ...]]:
         """Return how much of its prior's sd is left of each mean (p,), and the pairs that are not told apart."""
@@ -107,20 +121,6 @@ class Population:
         """Return whether enough units belong to call it a batch."""
         belong = sum(j.belongs for j in self.judged)
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
-
-
-def learn_population(units: Sequence[UnitOfBatch], model: Model, say: Say, steps: Progress) -> Population:
-    """Fit every unit, learn bench and batch, judge each unit by the others. model: as its file describes it. Raises
-    ModelError if it has no uncertain value, NothingLearned if no unit can be fitted at all."""
-    if not model.sds:
-        raise ModelError(f"{model.name}: no value has an sd, so there is nothing to learn")
-    fitted = fit_all([replace(u, model=alone(u.model)) for u in units], say, steps)
-    if not any(f.G for f in fitted.fits):
-        raise NothingLearned(
-            f"no values of {model.name} come near the responses of any of {len(units)} units: the model is of "
-            "another kind of unit, or its priors are too narrow for these"
-        )
-    return population_of_fits(fitted, alone(model), steps)
 
 
 def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Population:
