@@ -52,11 +52,10 @@ class ReasonError(AcceptError):
 
 @dataclass(frozen=True)
 class Known:
-    """The store's knowledge of a unit: its last judgement, None for a new one, and its reservations, as
-    `JudgingPort.reservations` returns them."""
+    """The store's knowledge of a unit: its last judgement, None for a new one, and its reservations."""
 
     before: UnitState | None
-    reservations: Any
+    reservations: Any  # as `JudgingPort.reservations` returns them
 
 
 @dataclass(frozen=True, eq=False)

@@ -112,7 +112,7 @@ class JudgingPort(Protocol):
         """Return whether a unit shows that the bench measures as before."""
 
     def state(self, past: Sequence[Event], before: float = math.inf) -> UnitState | None:
-        """Return what its events say of a unit, up to one of them; decisions that do not count are left out."""
+        """Return what its events before one of them say of a unit; decisions that do not count are left out."""
 
     def reservations(
         self, unit: UnitFolder, result: UnitRecord | None, spec: Spec, confirmed_by: str, past: Sequence[Event]

@@ -222,7 +222,6 @@ def _is_one_of(words: str, secrets: Iterable[str]) -> str:
 
 
 def _refusal(check: Callable[[], object]) -> str:
-    """Return why a check refuses, "" if it does not."""
     try:
         check()
     except AcceptError as e:

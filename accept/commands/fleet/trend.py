@@ -72,7 +72,6 @@ def trend(
 
 
 def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the alarms of a chart, why it may be none, and its basis."""
     yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     if each.chart is not None:

@@ -321,7 +321,6 @@ def _columns(responses: Sequence[MeasuredResponse]) -> int:
 
 
 def _page(responses: Sequence[MeasuredResponse], of_each: Sequence[Panels]) -> bytes:
-    """Return a page of all panels, by names that do not collide."""
     from accept.pictures.interactive import page
 
     pairs = [(f"{r.title}: " if len(responses) > 1 else "", of) for r, of in zip(responses, of_each, strict=True)]

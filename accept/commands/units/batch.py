@@ -65,7 +65,6 @@ def run(
 
 
 def _lines(report: BatchReport) -> Iterator[str | Table]:
-    """Yield the table of the units and lines about them, or the number of each verdict if no units are listed."""
     if report.units:
         yield units_table(report.units)
         for lines in (simulated, actions, reasons, explanations):

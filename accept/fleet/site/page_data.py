@@ -154,7 +154,6 @@ def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict
 
 
 def _certificates(store: Store, out: Path | None, serials: Collection[str]) -> dict[tuple[str, int], str]:
-    """Return serial and number of an attempt -> link to its certificate, of files that are there."""
     found = {}
     kinds = (CertificateWritten.KIND, CertificateSigned.KIND)
     for serial in {event.subject for kind in kinds for event in store.events(what=kind)} & set(serials):

@@ -169,7 +169,6 @@ def settle_copies(store: Store, serial: str, measured: Sequence[str], reason: st
 
 
 def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
-    """Return the other parties, with what each of their judgements held."""
     there = set()
     wanted = {(w["serial"], w["sample"]) for c in found for w in c["with"]}
     for other in {who for who, _ in wanted}:
