@@ -4,7 +4,7 @@
     from checks.consistency import check_consistency  # measurements that contradict each other
     from checks.signals import RecordResponse  # responses, resonances, excitations
     from checks.model import build_model  # the simulated unit on its bench
-    from checks.fitting import fit_model  # parameters from responses
+    from checks.fitting import ModelFit  # parameters from responses
     from checks.misalignment import estimate_misalignment
     from checks.gap import run  # what the model lacks
     from checks.population import Population  # what the units of a batch have in common

@@ -23,7 +23,7 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Processes, Workers
 from checks.arrays import Array
-from checks.misalignment import MisalignmentTable, table_row
+from checks.misalignment import MisalignmentTable
 from checks.model import Model
 from specs.errors import AcceptError
 
@@ -77,13 +77,13 @@ class Plan:
 
     def row(self, i: int) -> Row:
         """Return (Y, F) row of dx[i]."""
-        return table_row(self.model, float(self.dx[i]), self.dy, self.f)
+        return MisalignmentTable.row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
         """Return whether the first entry of a stored row equals this program's."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
-        first = table_row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
+        first = MisalignmentTable.row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
         return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
 
 

@@ -17,7 +17,7 @@ from checks.fitting.dataset import Dataset
 from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import misalignment_panels
-from checks.misalignment.table import MisalignmentTable, grid, table_frequencies, table_row
+from checks.misalignment.table import MisalignmentTable, grid, table_frequencies
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
@@ -82,7 +82,9 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
 def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
     quick, f, (dx, dy) = quicker(model), table_frequencies(), grid(model, *PLACES)
-    return MisalignmentTable(dx, dy, f, np.array([table_row(quick, float(x), dy, f) for x in dx]), model.name)
+    return MisalignmentTable(
+        dx, dy, f, np.array([MisalignmentTable.row(quick, float(x), dy, f) for x in dx]), model.name
+    )
 
 
 def _quantity(name: str, axis: str, found: MisalignmentEstimate) -> Quantity:

@@ -30,6 +30,6 @@ if TYPE_CHECKING:
     from checks.model.time.partial_fractions import Fractions
     from checks.model.time.state_space import StateSpace
     from checks.model.time.time_response import time_simulation
-    from checks.model.unidentified import UNIDENTIFIED, UnidentifiedElement, unidentified_element
+    from checks.model.unidentified import UNIDENTIFIED, UnidentifiedElement
 else:
     __getattr__ = door(__name__)
