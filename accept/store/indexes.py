@@ -106,7 +106,7 @@ def build(connection: Connection) -> None:
 def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | None:
     """Return the first event for which an index is wrong, None if all are right. events: of the whole store, as
     stored."""
-    held = heapq.merge(*(((seq, n, key) for seq, key in index.held(connection)) for n, index in enumerate(INDEXES)))
+    held = heapq.merge(*(_numbered(which, index.held(connection)) for which, index in enumerate(INDEXES)))
     for due, there in zip_longest(_rows(events), held):
         if due != there:
             seq, which = min(row[:2] for row in (due, there) if row is not None)

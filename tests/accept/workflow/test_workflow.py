@@ -68,7 +68,7 @@ def fill(session: Session, k: float = 1.75) -> None:
 
 
 def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     fill(session)
     assert judge_whole_unit(session).verdict == "accepted"
     report = certify.Signing(session).sign("correct horse")
@@ -82,7 +82,7 @@ def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
 @pytest.fixture
 def signed(session: Session) -> Path:
     """An accepted certificate, which the technician has signed."""
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     fill(session)
     assert judge_whole_unit(session).verdict == "accepted"
     assert certify.Signing(session).sign("correct horse").valid
@@ -150,7 +150,7 @@ def test_a_unit_that_is_judged_meanwhile_is_not_countersigned(
 
 
 def test_a_unit_that_is_not_accepted_is_signed_with_a_reason_only(session: Session):
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     take(session, "stroke", "stroke_um", 365.5)
     assert judge_whole_unit(session).verdict == "incomplete"
     for nothing in ("", "  ", "x" * 121):
@@ -170,7 +170,7 @@ def test_nothing_is_signed_without_the_passphrase(session: Session):
     certify.Signing(session).make_keys("correct horse")
     fill(session)
     for wrong in ("", "wrong"):
-        with pytest.raises(certify.keys.KeysError):
+        with pytest.raises(certify.trust.KeysError):
             certify.Signing(session).sign(wrong)
     assert session.attempt.certificate is None
     assert not list(session.store.events(what="certificate_signed"))
