@@ -2,14 +2,16 @@
 technician.
 
 A record stands beside the bench file, in `commissioning/NAME.json`. It holds for the driver and settings that it was
-made with: it is void if the settings, the instrument or the record itself were changed.
+made with: it is void if the settings, the instrument or the record itself were changed. A certificate names who
+commissioned an instrument only together with that technician's signature, which anybody can verify.
 """
 
 import base64
 import datetime
 import hashlib
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,11 @@ from specs.spec import CheckSpec
 FOLDER = "commissioning"
 WITHOUT_WIRE = (OFFLINE, "manual")
 MAX_BYTES = 5_000_000  # of a record of commissioning: far above the readings of a day
+_UNPROVEN = re.compile(
+    r"unproven: (never commissioned|a recorder, which no commissioning covers yet|commissioned with other settings, or "
+    r"as another instrument|its commissioning (on \d{4}-\d\d-\d\d did not (pass|ask whether each change was made; "
+    r"repeat it)|record (is unsigned|is of an earlier program; repeat it|does not verify \(\w+\))))"
+)
 
 
 def place(bench: BenchFile, name: str) -> Path:
@@ -46,7 +53,7 @@ def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> byt
     """Return the file of a record. Without a credential it is unsigned and does not count."""
     file: dict[str, Any] = {"record": record}
     if credential is not None and credential.key is not None:
-        signature = credential.key.sign(_bytes(record), ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
+        signature = credential.key.sign(_bytes(_claim(record)), ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
         file["certificate"] = credential.certificate.public_bytes(Encoding.PEM).decode("ascii")
         file["signature"] = base64.b64encode(signature).decode("ascii")
     return json.dumps(file, indent=1).encode() + b"\n"
@@ -60,41 +67,77 @@ def bench_statement(
     return statement(bench, checks, on, commissioned(bench, home), references)
 
 
-def commissioned(bench: BenchFile, home: Path) -> dict[str, str]:
-    """Return instrument on a wire -> statement on its commissioning: by whom and when, or why it is unproven."""
+def commissioned(bench: BenchFile, home: Path) -> dict[str, dict[str, Any]]:
+    """Return instrument on a wire -> what its row states: by whom it was commissioned and when, with the signature, or
+    why it is unproven."""
     wired = {name: entry for name, entry in bench.instruments.items() if entry.driver not in WITHOUT_WIRE}
-    recorders = dict.fromkeys(bench.recorders, "unproven: a recorder, which no commissioning covers yet")
-    return {name: _words(place(bench, name), entry, home) for name, entry in wired.items()} | recorders
+    recorders = dict.fromkeys(bench.recorders, _unproven("a recorder, which no commissioning covers yet"))
+    return {name: _stated(place(bench, name), entry, home) for name, entry in wired.items()} | recorders
 
 
-def _words(path: Path, entry: InstrumentEntry, home: Path) -> str:
+def _unproven(why: str) -> dict[str, Any]:
+    return {"commissioned": f"unproven: {why}"}
+
+
+def _stated(path: Path, entry: InstrumentEntry, home: Path) -> dict[str, Any]:
     try:
         raw = path.read_bytes() if path.stat().st_size <= MAX_BYTES else b""
         file = json_of(raw)
+        record = file["record"]
         if "signature" not in file:
-            return "unproven: its commissioning record is unsigned"
-        record, certificate = _verified(file, keys.ca(home))
+            return _unproven("its commissioning record is unsigned")
+        if "model" not in record:
+            return _unproven("its commissioning record is of an earlier program; repeat it")
+        certificate = _signer(file, _claim(record), [keys.ca(home)])
         if record["subject"] != subject(entry):
-            return "unproven: commissioned with other settings, or as another instrument"
+            return _unproven("commissioned with other settings, or as another instrument")
         if not all("how" in outcome for outcome in record["outcomes"]):
-            return f"unproven: its commissioning on {record['on']} did not ask whether each change was made; repeat it"
+            return _unproven(f"its commissioning on {record['on']} did not ask whether each change was made; repeat it")
         if not record["passed"]:
-            return f"unproven: its commissioning on {record['on']} did not pass"
-        return f"commissioned on {record['on']} by {authority.person_of(certificate)}"
+            return _unproven(f"its commissioning on {record['on']} did not pass")
+        given = {**_claim(record), "certificate": file["certificate"], "signature": file["signature"]}
+        return {"commissioned": _words(given, certificate), "commissioning": given}
     except FileNotFoundError:
-        return "unproven: never commissioned"
+        return _unproven("never commissioned")
     except (OSError, keys.KeysError, InvalidSignature, ValueError, KeyError, TypeError) as e:
-        return f"unproven: its commissioning record does not verify ({type(e).__name__})"
+        return _unproven(f"its commissioning record does not verify ({type(e).__name__})")
 
 
-def _verified(file: Mapping[str, Any], ca: x509.Certificate) -> tuple[Mapping[str, Any], x509.Certificate]:
+def is_proven(row: Mapping[str, Any], roots: Sequence[x509.Certificate]) -> bool:
+    """Return whether the words of a row on its instrument's commissioning are those of this program, and a name among
+    them is that of a technician who signed so."""
+    words, given = row.get("commissioned"), row.get("commissioning")
+    if given is None:
+        return words is None or _UNPROVEN.fullmatch(words) is not None
+    try:
+        certificate = _signer(given, claim := _claim(given), roots)
+    except (InvalidSignature, ValueError, KeyError, TypeError):
+        return False
+    same = [claim[key] for key in ("model", "serial", "passed")] == [row["model"], row["serial"], True]
+    return same and words == _words(given, certificate)
+
+
+def _claim(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the technician signs of a record: it travels with a result, the record does not."""
+    claim = {key: record[key] for key in ("subject", "model", "serial", "on", "passed")}
+    return claim | {"record": record.get("record") or hashlib.sha256(_bytes(record)).hexdigest()}
+
+
+def _words(claim: Mapping[str, Any], certificate: x509.Certificate) -> str:
+    return f"commissioned on {claim['on']} by {authority.person_of(certificate)}"
+
+
+def _signer(file: Mapping[str, Any], claim: object, roots: Sequence[x509.Certificate]) -> x509.Certificate:
     certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
-    certificate.verify_directly_issued_by(ca)
     key = certificate.public_key()
-    if authority.role_of(certificate) != authority.TECHNICIAN or not isinstance(key, ec.EllipticCurvePublicKey):
+    if (
+        authority.role_of(certificate) != authority.TECHNICIAN
+        or not isinstance(key, ec.EllipticCurvePublicKey)
+        or not any(authority.issued_by(certificate, ca) for ca in roots)
+    ):
         raise ValueError("not signed by a technician")
-    key.verify(base64.b64decode(file["signature"], validate=True), _bytes(file["record"]), ec.ECDSA(hashes.SHA256()))
-    return file["record"], certificate
+    key.verify(base64.b64decode(file["signature"], validate=True), _bytes(claim), ec.ECDSA(hashes.SHA256()))
+    return certificate
 
 
 def _bytes(record: object) -> bytes:

@@ -76,7 +76,9 @@ def peer(monkeypatch: pytest.MonkeyPatch) -> Lcr800Peer:
 
 
 def said_of(path: Path) -> str:
-    return commissioning.commissioned(load_bench(path), home())["lcr"]
+    row = commissioning.commissioned(load_bench(path), home())["lcr"] | {"model": "LCR-819", "serial": "E1"}
+    assert commissioning.is_proven(row, [keys.ca(home())])
+    return row["commissioned"]
 
 
 def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
