@@ -167,6 +167,22 @@ def test_a_view_is_no_table_of_a_store(tmp_path: Path, monkeypatch: pytest.Monke
     doubted(verified(pdf), "the tables are not those of this store: events.code")
 
 
+def test_a_virtual_table_is_no_table_of_a_store(tmp_path: Path) -> None:
+    """Its content may be a view."""
+    pdf = certified(tmp_path, "A-1")
+    with sqlite3.connect(home() / DATABASE, isolation_level=None) as plain:
+        columns = ", ".join(row[1] for row in plain.execute("PRAGMA table_info(events)"))
+        plain.execute("ALTER TABLE events RENAME TO real_events")
+        made = plain.execute("SELECT name FROM sqlite_master WHERE type = 'index' AND sql IS NOT NULL").fetchall()
+        plain.execute("CREATE VIEW shown AS SELECT * FROM real_events")
+        plain.execute(f"CREATE VIRTUAL TABLE events USING fts5({columns}, content='shown', content_rowid='seq')")
+        for (name,) in made:
+            plain.execute(f"DROP INDEX {name}")
+            plain.execute(f"CREATE INDEX {name} ON real_events (what)")
+    plain.close()
+    doubted(verified(pdf), "the tables are not those of this store: events.code")
+
+
 def test_a_bench_that_rejected_a_unit_says_so_of_a_certificate_of_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -345,3 +361,11 @@ def test_an_attempt_that_the_workflow_began_as_simulated(tmp_path: Path) -> None
     with open_store() as store:
         store.write(AttemptStarted(2, "apa", {}, "measured"), "B-1", who=TECHNICIAN)
     assert plainly(verified(certified(tmp_path / "B-1", "attempt-2", stroke=366.2)))
+
+
+def test_a_key_that_was_renewed_and_lost_is_revoked_with_both_certificates(tmp_path: Path) -> None:
+    """The first one is valid still, and whoever finds the key can set the clock to any day."""
+    pdf = certified(tmp_path, "A-1")
+    assert accept("keys", "renew", "Test Technician").exit_code == 0
+    assert accept("keys", "revoke", "Test Technician", "--reason", "lost").exit_code == 0
+    doubted(verified(pdf), "the key of Test Technician was lost or compromised")
