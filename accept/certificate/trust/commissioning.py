@@ -124,7 +124,7 @@ def _claim(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _words(claim: Mapping[str, Any], certificate: x509.Certificate) -> str:
-    return f"commissioned on {claim['on']} by {authority.person_of(certificate)}"
+    return f"commissioned on {datetime.date.fromisoformat(claim['on'])} by {authority.person_of(certificate)}"
 
 
 def _signer(file: Mapping[str, Any], claim: object, roots: Sequence[x509.Certificate]) -> x509.Certificate:

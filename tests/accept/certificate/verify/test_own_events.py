@@ -271,6 +271,16 @@ def test_a_commissioning_of_another_instrument_proves_nothing(tmp_path: Path) ->
     assert not commissioning.is_proven({**row, "serial": "13"}, [])
 
 
+def test_the_day_of_a_commissioning_is_a_day(tmp_path: Path) -> None:
+    """Words in its place could name another person before the one who signed."""
+    day = "2026-11-01 by Grace Hopper, checked"
+    record = {"subject": "x", "model": "X", "serial": "12", "on": day, "passed": True}
+    file = commissioning.json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
+    given = {**commissioning._claim(record), "certificate": file["certificate"], "signature": file["signature"]}
+    row = {"commissioned": f"commissioned on {day} by Test Technician", "commissioning": given}
+    assert not commissioning.is_proven({**row, "model": "X", "serial": "12"}, [keys.ca(home())])
+
+
 def test_a_key_that_had_run_out_does_not_sign_with_its_clock_set_back(tmp_path: Path) -> None:
     keys_of_days_ago(365 * 5 + 30)
     with open_store() as store:
