@@ -120,9 +120,7 @@ def foreign_columns(connection: Connection) -> list[str]:
     found = inspect(connection)
     names = found.get_table_names()
     if connection.dialect.name == "sqlite":
-        names = (
-            connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE sql LIKE 'CREATE TABLE %'").scalars().all()
-        )
-    real = [t for t in metadata.sorted_tables if t.name in names]
-    have = {f"{t.name}.{c['name']}" for t in real for c in found.get_columns(t.name)}
+        real = "SELECT name FROM sqlite_master WHERE sql LIKE 'CREATE TABLE %'"
+        names = [*connection.exec_driver_sql(real).scalars()]
+    have = {f"{name}.{c['name']}" for name in {*names} & {*metadata.tables} for c in found.get_columns(name)}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

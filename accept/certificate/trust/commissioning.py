@@ -110,11 +110,12 @@ def is_proven(row: Mapping[str, Any], roots: Sequence[x509.Certificate]) -> bool
     if given is None:
         return words is None or _UNPROVEN.fullmatch(words) is not None
     try:
-        certificate = _signer(given, claim := _claim(given), roots)
+        claim = _claim(given)
+        said = _words(claim, _signer(given, claim, roots))
     except (InvalidSignature, ValueError, KeyError, TypeError):
         return False
     same = [claim[key] for key in ("model", "serial", "passed")] == [row["model"], row["serial"], True]
-    return same and words == _words(given, certificate)
+    return same and words == said
 
 
 def _claim(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -53,6 +53,8 @@ from accept.units.attempt_folder import attempt_number
 from checks.verdict import UnitVerdict, Verdict
 from specs.spec import parse
 
+_Signatures = Sequence[tuple[Signed, Event]]  # with the event that tells of each, or of one before it
+_Authorities = Sequence[x509.Certificate]
 _ELSEWHERE = Step("it was made at another bench, whose store is not this one")
 
 
@@ -61,7 +63,7 @@ def check_store(
     contents: CertificateContent,
     signatures: Sequence[Signed],
     again: UnitRecord | None,
-    roots: Sequence[x509.Certificate],
+    roots: _Authorities,
 ) -> list[Step]:
     """Compare a certificate with the bench's store.
 
@@ -83,12 +85,13 @@ def check_store(
         with open_store() as store:
             events = list(counted(store, store.events(contents.serial)))
             stored = {e.data["sha256"]: e for e in reversed(events) if e.what == CertificateSigned.KIND}
-            by = [(s, stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest())) for s in signatures]
-            held, signature = _held(store, contents, by[0][1]), by[0][1]
+            told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
+            held, signature = _held(store, contents, told[0]), told[0]
             if signature is None or held is _ELSEWHERE:  # events can be told to any store
                 signature, history = None, _later_than(events, signatures[0].when)
             else:
-                history = _history(store, events, signature, contents, by, roots)
+                by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
+                history = _history(store, events, contents, by, roots)
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared, _sound(store, contents, signature)]
@@ -119,13 +122,9 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
 
 
 def _history(
-    store: Store,
-    events: Sequence[Event],
-    signature: Event,
-    contents: CertificateContent,
-    by: Sequence[tuple[Signed, Event | None]],
-    roots: Sequence[x509.Certificate],
+    store: Store, events: Sequence[Event], contents: CertificateContent, by: _Signatures, roots: _Authorities
 ) -> list[Step]:
+    signature = by[0][1]
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == UnitJudged.KIND and e.seq < signature.seq and named in (None, e.seq)]
@@ -161,7 +160,7 @@ def _history(
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *(Step(words, complete=False) for words in _made_up(store, contents, own)),
-        *(Step(words, complete=False) for words in _too_late(store, contents, own, signature, by, roots)),
+        *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
     ]
 
 
@@ -191,19 +190,13 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
 
 
 def _too_late(
-    store: Store,
-    contents: CertificateContent,
-    own: Event,
-    signature: Event,
-    by: Sequence[tuple[Signed, Event | None]],
-    roots: Sequence[x509.Certificate],
+    store: Store, contents: CertificateContent, own: Event, by: _Signatures, roots: _Authorities
 ) -> Iterator[str]:
     """Yield what the order of the events shows, whatever the clock said: a calibration or a key had run out when the
-    unit was judged or signed, or a key was revoked. by: the signatures, each with its event; one without was made after
-    that of the technician."""
+    unit was judged or signed, or a key was revoked."""
     rows = (contents.record.calibration or {}).get("instruments", ())
     lists = [each for ca in roots for each in stored_lists(store.events("", KeysRevoked.KIND), ca)]
-    signed = [(event or signature, signer.when, signer) for signer, event in by]
+    signed = [(event, signer.when, signer) for signer, event in by]
     for event, when, signer in ((own, datetime.fromisoformat(own.time), None), *signed):
         latest = store.latest_time(event.seq)
         ended = [f"the calibration of {row['name']}" for row in rows if row["due"] and row["due"] < latest[:10]]
