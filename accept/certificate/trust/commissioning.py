@@ -10,18 +10,17 @@ import base64
 import datetime
 import hashlib
 import json
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cryptography import x509
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.certificate.trust import authority, keys
+from accept.certificate.trust import keys
+from accept.certificate.trust.commissioned import as_bytes, claim_of, signer_of, words_of
 from accept.judging.calibration import References, Statement, statement
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 from specs.files import json_of
@@ -30,11 +29,6 @@ from specs.spec import CheckSpec
 FOLDER = "commissioning"
 WITHOUT_WIRE = (OFFLINE, "manual")
 MAX_BYTES = 5_000_000  # of a record of commissioning: far above the readings of a day
-_UNPROVEN = re.compile(
-    r"unproven: (never commissioned|a recorder, which no commissioning covers yet|commissioned with other settings, or "
-    r"as another instrument|its commissioning (on \d{4}-\d\d-\d\d did not (pass|ask whether each change was made; "
-    r"repeat it)|record (is unsigned|is of an earlier program; repeat it|does not verify \(\w+\))))"
-)
 
 
 def place(bench: BenchFile, name: str) -> Path:
@@ -46,14 +40,15 @@ def subject(entry: InstrumentEntry) -> str:
     """Return the SHA-256 of the subject of a record: driver, instrument, line and settings. The port may change."""
     what = entry.model_dump(mode="json", include={"driver", "model", "serial", "link", "settings"})
     what["link"] = {key: value for key, value in (what["link"] or {}).items() if key != "port"}
-    return hashlib.sha256(_bytes(what)).hexdigest()
+    return hashlib.sha256(as_bytes(what)).hexdigest()
 
 
 def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> bytes:
     """Return the file of a record. Without a credential it is unsigned and does not count."""
     file: dict[str, Any] = {"record": record}
     if credential is not None and credential.key is not None:
-        signature = credential.key.sign(_bytes(_claim(record)), ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
+        claim = as_bytes(claim_of(record))
+        signature = credential.key.sign(claim, ec.ECDSA(hashes.SHA256(), deterministic_signing=True))
         file["certificate"] = credential.certificate.public_bytes(Encoding.PEM).decode("ascii")
         file["signature"] = base64.b64encode(signature).decode("ascii")
     return json.dumps(file, indent=1).encode() + b"\n"
@@ -88,58 +83,16 @@ def _stated(path: Path, entry: InstrumentEntry, home: Path) -> dict[str, Any]:
             return _unproven("its commissioning record is unsigned")
         if "model" not in record:
             return _unproven("its commissioning record is of an earlier program; repeat it")
-        certificate = _signer(file, _claim(record), [keys.ca(home)])
+        certificate = signer_of(file, claim_of(record), [keys.ca(home)])
         if record["subject"] != subject(entry):
             return _unproven("commissioned with other settings, or as another instrument")
         if not all("how" in outcome for outcome in record["outcomes"]):
             return _unproven(f"its commissioning on {record['on']} did not ask whether each change was made; repeat it")
         if not record["passed"]:
             return _unproven(f"its commissioning on {record['on']} did not pass")
-        given = {**_claim(record), "certificate": file["certificate"], "signature": file["signature"]}
-        return {"commissioned": _words(given, certificate), "commissioning": given}
+        given = {**claim_of(record), "certificate": file["certificate"], "signature": file["signature"]}
+        return {"commissioned": words_of(given, certificate), "commissioning": given}
     except FileNotFoundError:
         return _unproven("never commissioned")
     except (OSError, keys.KeysError, InvalidSignature, ValueError, KeyError, TypeError) as e:
         return _unproven(f"its commissioning record does not verify ({type(e).__name__})")
-
-
-def is_proven(row: Mapping[str, Any], roots: Sequence[x509.Certificate]) -> bool:
-    """Return whether the words of a row on its instrument's commissioning are those of this program, and a name among
-    them is that of a technician who signed so."""
-    words, given = row.get("commissioned"), row.get("commissioning")
-    if given is None:
-        return words is None or _UNPROVEN.fullmatch(words) is not None
-    try:
-        claim = _claim(given)
-        said = _words(claim, _signer(given, claim, roots))
-    except (InvalidSignature, ValueError, KeyError, TypeError):
-        return False
-    same = [claim[key] for key in ("model", "serial", "passed")] == [row["model"], row["serial"], True]
-    return same and words == said
-
-
-def _claim(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the technician signs of a record: it travels with a result, the record does not."""
-    claim = {key: record[key] for key in ("subject", "model", "serial", "on", "passed")}
-    return claim | {"record": record.get("record") or hashlib.sha256(_bytes(record)).hexdigest()}
-
-
-def _words(claim: Mapping[str, Any], certificate: x509.Certificate) -> str:
-    return f"commissioned on {datetime.date.fromisoformat(claim['on'])} by {authority.person_of(certificate)}"
-
-
-def _signer(file: Mapping[str, Any], claim: object, roots: Sequence[x509.Certificate]) -> x509.Certificate:
-    certificate = x509.load_pem_x509_certificate(file["certificate"].encode("ascii"))
-    key = certificate.public_key()
-    if (
-        authority.role_of(certificate) != authority.TECHNICIAN
-        or not isinstance(key, ec.EllipticCurvePublicKey)
-        or not any(authority.issued_by(certificate, ca) for ca in roots)
-    ):
-        raise ValueError("not signed by a technician")
-    key.verify(base64.b64decode(file["signature"], validate=True), _bytes(claim), ec.ECDSA(hashes.SHA256()))
-    return certificate
-
-
-def _bytes(record: object) -> bytes:
-    return json.dumps(record, sort_keys=True, separators=(",", ":")).encode()

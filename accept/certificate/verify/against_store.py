@@ -174,10 +174,10 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
     except BenchStopped as e:
         yield f"its bench was stopped when it judged it: {e}"
-    before = [e for e in store.events(serial) if e.seq < own.seq]
-    for started in [e for e in before if e.what == AttemptStarted.KIND][-1:]:
-        if AttemptStarted.of(started).simulated and not entry.simulated and _is_of_attempt(own, started, before):
-            yield "the bench's store has its attempt as one that no instrument measures"
+    begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
+    folder = attempt_number(PurePath(str(own.data["path"])).name)
+    if not entry.simulated and folder in {each.number for each in begun if each.simulated}:
+        yield "the bench's store has its attempt as one that no instrument measures"
     compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
     for row in (entry.calibration or {}).get("instruments", ()):
         if (last := row.get("reference")) is None:

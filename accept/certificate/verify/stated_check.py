@@ -20,8 +20,9 @@ from accept.base.spelling import serial_problem
 from accept.certificate.contents.content import BEFORE, FORMAT, STATEMENT, CertificateContent, hashes_of, signed_text
 from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.contents.provenance import AT_THE_BENCH, PROVENANCE, Provenance, needs_reason
-from accept.certificate.trust import authority, commissioning
+from accept.certificate.trust import authority
 from accept.certificate.trust.authority import BENCH, public_of
+from accept.certificate.trust.commissioned import is_proven
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed
@@ -233,7 +234,7 @@ def check_bench(
     signed = "signed the result and" if given.result else "did not sign the result, only"
     steps = [Step(f"made at {name}, which {signed} what is stated beside it")]
     rows = (contents.result.get("calibration") or {}).get("instruments", ())
-    for unsigned in dict.fromkeys(row["name"] for row in rows if not commissioning.is_proven(row, roots)):
+    for unsigned in dict.fromkeys(row["name"] for row in rows if not is_proven(row, roots)):
         words = f"what is said of the commissioning of {unsigned} is not signed by a technician, or not of this program"
         steps.append(Step(words, complete=False))
     for entry in revoked:

@@ -16,6 +16,7 @@ from accept.base.names import KeyHolder
 from accept.batch import pipeline, services
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import authority, commissioning, keys, revocation
+from accept.certificate.trust.commissioned import claim_of, is_proven
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
 from accept.store import open_store
@@ -30,6 +31,7 @@ from accept.store.payloads import (
     UnitJudged,
 )
 from accept.store.store import Store
+from specs.files import json_of
 from tests.accept.certificate.verify.test_patched_program import (
     BENCH,
     CONCESSION,
@@ -260,25 +262,25 @@ def test_what_is_said_of_a_commissioning_is_signed_by_who_is_named(tmp_path: Pat
 def test_a_commissioning_of_another_instrument_proves_nothing(tmp_path: Path) -> None:
     """The technician's own signature, but of an instrument with another serial number."""
     record = {"subject": "x", "model": "X", "serial": "13", "on": "2026-11-01", "passed": True}
-    file = commissioning.json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
-    given = {**commissioning._claim(record), "certificate": file["certificate"], "signature": file["signature"]}
+    file = json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
+    given = {**claim_of(record), "certificate": file["certificate"], "signature": file["signature"]}
     row = {"commissioned": "commissioned on 2026-11-01 by Test Technician", "commissioning": given, "model": "X"}
     roots = [keys.ca(home())]
-    assert commissioning.is_proven({**row, "serial": "13"}, roots)
-    assert not commissioning.is_proven({**row, "serial": "12"}, roots)
-    assert not commissioning.is_proven({**row, "serial": "13", "commissioned": row["commissioned"] + "0"}, roots)
-    assert not commissioning.is_proven({**row, "serial": "13", "commissioning": given | {"on": "2026-11-02"}}, roots)
-    assert not commissioning.is_proven({**row, "serial": "13"}, [])
+    assert is_proven({**row, "serial": "13"}, roots)
+    assert not is_proven({**row, "serial": "12"}, roots)
+    assert not is_proven({**row, "serial": "13", "commissioned": row["commissioned"] + "0"}, roots)
+    assert not is_proven({**row, "serial": "13", "commissioning": given | {"on": "2026-11-02"}}, roots)
+    assert not is_proven({**row, "serial": "13"}, [])
 
 
 def test_the_day_of_a_commissioning_is_a_day(tmp_path: Path) -> None:
     """Words in its place could name another person before the one who signed."""
     day = "2026-11-01 by Grace Hopper, checked"
     record = {"subject": "x", "model": "X", "serial": "12", "on": day, "passed": True}
-    file = commissioning.json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
-    given = {**commissioning._claim(record), "certificate": file["certificate"], "signature": file["signature"]}
+    file = json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
+    given = {**claim_of(record), "certificate": file["certificate"], "signature": file["signature"]}
     row = {"commissioned": f"commissioned on {day} by Test Technician", "commissioning": given}
-    assert not commissioning.is_proven({**row, "model": "X", "serial": "12"}, [keys.ca(home())])
+    assert not is_proven({**row, "model": "X", "serial": "12"}, [keys.ca(home())])
 
 
 def test_a_key_that_had_run_out_does_not_sign_with_its_clock_set_back(tmp_path: Path) -> None:
@@ -371,6 +373,7 @@ def test_an_attempt_that_the_workflow_began_as_simulated(tmp_path: Path) -> None
     with open_store() as store:
         store.write(AttemptStarted(2, "apa", {}, "measured"), "B-1", who=TECHNICIAN)
     assert plainly(verified(certified(tmp_path / "B-1", "attempt-2", stroke=366.2)))
+    doubted(verified(certified(tmp_path / "B-1", "attempt-1")), "as one that no instrument measures")
 
 
 def test_a_key_that_was_renewed_and_lost_is_revoked_with_both_certificates(tmp_path: Path) -> None:
