@@ -87,11 +87,15 @@ def check_store(
             stored = {e.data["sha256"]: e for e in reversed(events) if e.what == CertificateSigned.KIND}
             told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
             held, signature = _held(store, contents, told[0]), told[0]
-            if signature is None or held is _ELSEWHERE:  # events can be told to any store
-                signature, history = None, _later_than(events, signatures[0].when)
+            if signature is None:
+                history = _later_than(events, signatures[0].when)
             else:
                 by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
                 history = _history(store, events, contents, by, roots)
+            if held is _ELSEWHERE:  # what was told to this store weakens, and proves nothing
+                history = [
+                    replace(step, looked_up=(), current=None if step.current else step.current) for step in history
+                ]
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared, _sound(store, contents, signature)]

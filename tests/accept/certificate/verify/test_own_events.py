@@ -19,7 +19,7 @@ from accept.certificate.trust import authority, commissioning, keys, revocation
 from accept.certificate.trust.commissioned import claim_of, is_proven
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
-from accept.store import open_store
+from accept.store import START, open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import (
     AttemptStarted,
@@ -351,6 +351,19 @@ def test_what_is_told_to_the_store_of_another_bench_does_not_make_it_current(
     assert done.exit_code == 3, done.output
     assert "neither a store nor a list was asked for later attempts" in done.stdout
     assert "not looked up, the word of bench and technician: provenance.attempt" in done.stderr
+
+
+def test_a_certificate_that_states_an_empty_store_is_compared_with_the_bench_s(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At quality assurance, whose machine is another bench."""
+    certified(tmp_path, "first", serial="A-01", stroke=181.7)
+    with open_store() as store, patched() as m:
+        empty = store.sealer.signed_head(START) if store.sealer else None
+        m.setattr(Store, "signed_head", lambda *_: empty)
+        pdf = certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95)
+    quality_assurance(tmp_path / "qa", monkeypatch, home() / DATABASE)
+    doubted(verified(pdf), "nobody told its serial apart: A-O1 differs from A-01")
 
 
 def test_a_later_event_does_not_hide_that_quality_assurance_scrapped_the_unit(tmp_path: Path) -> None:
