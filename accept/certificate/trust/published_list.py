@@ -143,7 +143,7 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
 
 
 def _is_signed(event: Event, ca: x509.Certificate) -> bool:
-    """Return whether a list of revoked keys is what its event says of it, if it is said to be of this authority: a
+    """Return whether a list of revoked keys has the number that its event states, if it is of this authority: a
     number that it has not would make every newer list look old."""
     told = KeysRevoked.of(event)
     numbers = [listed.number for _, listed in stored_lists([event], ca)]

@@ -40,7 +40,7 @@ def stored_lists(events: Iterable[Event], ca: x509.Certificate) -> Iterator[tupl
             try:
                 yield event, parsed(KeysRevoked.of(event).crl.encode(), event.name, ca)
             except RevocationError:
-                continue  # of another authority, or of nobody
+                continue  # of another authority, or not signed
 
 
 def _newest(store: Store, ca: x509.Certificate) -> RevocationList | None:
