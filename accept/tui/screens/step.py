@@ -27,7 +27,7 @@ from accept.tui.widgets.fields import Field, stored_words
 from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.live_value import Gauge
-from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.pictures import Pictures, pictures_of
 from accept.tui.widgets.step_list import WIDE_FROM, head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -309,7 +309,7 @@ class StepScreen(Page):
         findings.show(
             self.step.check, judgement, words or d.lacking, self.session.judgements.usual, d.facts.source_action or ""
         )
-        self.query_one(Pictures).show(self.session.judgements.panels(self.step.name))
+        self.query_one(Pictures).show(pictures_of(self.session, self.step))
         self.show_around()
 
     def on_input_changed(self) -> None:
@@ -370,7 +370,7 @@ class StepScreen(Page):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if action == "picture":
-            return not self.is_mounted or bool(self.session.judgements.panels(self.step.name))
+            return not self.is_mounted or any(pictures.panels for pictures in self.query(Pictures))
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:

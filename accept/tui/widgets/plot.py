@@ -95,7 +95,7 @@ def draw(panel: Panel, width: int, height: int, ground: str = "") -> Raster:
     plain = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
     for item in sorted(panel.items, key=_layer):
         _draw_item(axes, item, colours, plain=plain, panel=panel, ground=ground)
-    _write_labels(axes)
+    _write_labels(axes, pretty(panel.y_label))
     return raster
 
 
@@ -115,8 +115,10 @@ def _most(cells: int, each: int) -> int:
 def _frame(axes: Axes, panel: Panel) -> None:
     """Draw axes, ticks, grid and units."""
     raster, left, foot = axes.raster, axes.left, _ABOVE + axes.height
-    right, y_unit = pretty(panel.x_label), pretty(panel.y_label)
-    raster.write(0, 0, y_unit, _AXIS)
+    right = pretty(panel.x_label)
+    if len(right) > axes.width // 4:  # the numbers are to have the room
+        right = right.rpartition("[")[2].removesuffix("]")
+    raster.write(0, 0, pretty(panel.y_label), _AXIS)
     for row in range(_ABOVE, foot):
         raster.write(row, left - 1, "│", _AXIS)
     raster.write(foot, left - 1, "└" + "─" * axes.width, _AXIS)
@@ -230,29 +232,30 @@ def _straight(axes: Axes, at: float, axis: str, colour: str, label: str) -> None
         raster.write(row - 1 if row > _ABOVE else row + 1, raster.width - len(words), words, colour)
 
 
-def _write_labels(axes: Axes) -> None:
+def _write_labels(axes: Axes, unit: str) -> None:
     """Write the words of each curve beside it, where nothing else is and no other curve is as near; those for which
-    there is no such place in the row above the axes."""
+    there is no such place in the row above the axes, beside its unit, or wherever there is room."""
     raster, end = axes.raster, axes.raster.width
     for n, (own, words, style) in enumerate(axes.labels):
         others = [curve for m, (curve, *_) in enumerate(axes.labels) if m != n]
         place = _beside(axes, own, others, len(words) + 2)
+        if place is None and end - len(words) > len(unit):
+            place = 0, end - len(words) - 1
+            end -= len(words) + 2
+        place = place or _beside(axes, None, (), len(words) + 2)
         if place is not None:
             raster.write(place[0], place[1] + 1, words, style)
-            continue
-        end -= len(words) + 2
-        raster.write(0, max(0, end + 2), words, style)
 
 
-def _beside(axes: Axes, own: Array, others: Sequence[Array], length: int) -> tuple[int, int] | None:
-    """Return row and column of `length` free cells beside a curve, as far right as there are such."""
+def _beside(axes: Axes, own: Array | None, others: Sequence[Array], length: int) -> tuple[int, int] | None:
+    """Return row and column of `length` free cells beside a curve, or anywhere, as far right as there are such."""
     area = slice(_ABOVE, _ABOVE + axes.height), slice(axes.left, axes.raster.width)
     free = axes.raster.free[area]
     if length > free.shape[1]:
         return None
     clear = sliding_window_view(free, length, axis=1).all(axis=-1)
     rows = np.arange(free.shape[0])[:, None] + _ABOVE
-    near = _distance(own, rows, axes, length)
+    near = np.zeros(clear.shape) if own is None else _distance(own, rows, axes, length)
     rival = np.min([np.full(clear.shape, np.inf), *(_distance(o, rows, axes, length) for o in others)], axis=0)
     fits = clear & (near <= _NEAR) & (rival > near + 0.5)
     if not fits.any():
@@ -307,6 +310,11 @@ class PanelPlot(Static):
         super().__init__(markup=False)
         self._panel = panel
 
+    def show(self, panel: Panel) -> None:
+        """Show another panel in the place of this one."""
+        self._panel = panel
+        self._draw()
+
     def on_mount(self) -> None:
         self.app.theme_changed_signal.subscribe(self, lambda _: self._draw())
 
@@ -335,8 +343,18 @@ class PanelView(Vertical):
     def __init__(self, panel: Panel, *, titled: bool = True) -> None:
         """Make the card. titled: False if its title stands above already."""
         super().__init__(classes="panel card")
-        self._panel = panel
-        self.border_title = pretty(panel.title).replace("[", r"\[") if titled else None
+        self._panel, self._titled = panel, titled
 
     def compose(self) -> ComposeResult:
         yield PanelPlot(self._panel)
+
+    def on_mount(self) -> None:
+        self.show(self._panel)
+
+    def show(self, panel: Panel) -> None:
+        """Show another panel in the place of this one."""
+        self._panel = panel
+        if self._titled:
+            self.border_title = pretty(panel.title).replace("[", r"\[")
+        for plot in self.query(PanelPlot):
+            plot.show(panel)
