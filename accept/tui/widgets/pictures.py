@@ -23,7 +23,7 @@ def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
     """Return the pictures of a step's last judgement; before them where the APA sits, and before any judgement the
     points of the probe with the next one."""
     panels, judgement = session.judgements.panels(step.name), session.judgements.of_step(step.name)
-    target = None if judgement is None else offset_panel(judgement.findings, session.judgements.earlier)
+    target = None if judgement is None else offset_panel(judgement.findings, session.judgements.before)
     if target is not None:
         return {"target": target, **panels}
     return panels or _points(session, step)

@@ -30,13 +30,14 @@ Held = Callable[[Mapping[str, Sequence[str]]], Sequence[str]]
 
 
 class Judgements:
-    """Knows what was found at one unit. earlier: what the last units of its kind measured, by quantity, the
-    newest unit first; usual: the median of each quantity over them."""
+    """Knows what was found at one unit. before: what each of the last units of its kind measured, by quantity, the
+    newest first; earlier: the same as values by quantity; usual: the median of these."""
 
-    def __init__(self, unit: OpenUnit, gap: UnitGap, held: Held, earlier: Sequence[Mapping[str, float]]) -> None:
+    def __init__(self, unit: OpenUnit, gap: UnitGap, held: Held, before: Sequence[Mapping[str, float]]) -> None:
         """held: returns the nonconformances that hold the unit, from the notes on its steps."""
-        self._unit, self._gap, self._holding, self.earlier = unit, gap, held, earlier
-        self.usual = usual_values(earlier)
+        self._unit, self._gap, self._holding, self.before = unit, gap, held, before
+        self.earlier = earlier_values(before)
+        self.usual: Mapping[str, float] = {quantity: median(values) for quantity, values in self.earlier.items()}
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
         self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
@@ -152,13 +153,13 @@ class Judgements:
                 unit.append(judged)
 
 
-def usual_values(units: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Return the median of each quantity over units."""
+def earlier_values(units: Sequence[Mapping[str, float]]) -> dict[str, Sequence[float]]:
+    """Return the values of each quantity over units that measured it."""
     values = defaultdict[str, list[float]](list)
     for unit in units:
         for quantity, value in unit.items():
             values[quantity].append(value)
-    return {quantity: median(found) for quantity, found in values.items() if len(found) >= FEWEST}
+    return {quantity: found for quantity, found in values.items() if len(found) >= FEWEST}
 
 
 def _is_reserved(finding: Finding) -> bool:

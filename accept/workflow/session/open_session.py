@@ -48,5 +48,5 @@ def open_session(
     Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
     return Session(
         store, home, spec, operator, serial, partial(refuse_passphrases, home), stated, training, simulated,
-        held=partial(open_nonconformances, store, serial), earlier=earlier_units(store, spec.kind, but=serial),
+        held=partial(open_nonconformances, store, serial), before=earlier_units(store, spec.kind, but=serial),
     )  # fmt: skip

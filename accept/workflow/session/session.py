@@ -30,10 +30,10 @@ class Session(OpenUnit):
         simulated: bool = False,
         *,
         held: Held,
-        earlier: Sequence[Mapping[str, float]],
+        before: Sequence[Mapping[str, float]],
     ) -> None:
         """Open a unit as `OpenUnit`, `Judgements` have it. Raises as `OpenUnit`."""
         super().__init__(store, home, spec, operator, serial, refuse, stated, training, simulated)
         self.entries, self.records, self.undo = Entries(self), Records(self), Undo(self)
         self.gap = UnitGap(self)
-        self.judgements = Judgements(self, self.gap, held, earlier)
+        self.judgements = Judgements(self, self.gap, held, before)
