@@ -29,7 +29,7 @@ from accept.tui.widgets.findings import Findings, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import limits
 from accept.tui.widgets.live_value import Followed, Gauge
-from accept.tui.widgets.pictures import Pictures
+from accept.tui.widgets.pictures import Pictures, pictures_of
 from accept.tui.widgets.step_list import WIDE_FROM, head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -311,8 +311,8 @@ class StepScreen(Page):
         notes = self.query_one("#notes", Hanging)
         notes.display, notes.border_title = bool(judgement and judgement.notes), "Notes"
         notes.hang(notes_text(judgement))
-        panels = self.session.judgements.panels(self.step.name)
-        self.query_one("#main").set_class(bool(panels) and done, "plotted")
+        panels = pictures_of(self.session, self.step)
+        self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
         self.query_one(Pictures).show(panels)
         self._show_count()
         self.show_around()
@@ -385,7 +385,7 @@ class StepScreen(Page):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if action == "picture":
-            return not self.is_mounted or bool(self.session.judgements.panels(self.step.name))
+            return not self.is_mounted or any(pictures.panels for pictures in self.query(Pictures))
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:
