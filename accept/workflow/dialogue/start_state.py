@@ -20,7 +20,7 @@ CHOOSE_KIND = "←→: another kind. Enter: goes on"
 
 def labels() -> dict[str, str]:
     """Return the fields and their labels: those of every unit, then the parts of the installed products."""
-    own = ("Who is at the bench?", "Serial", "Kind")
+    own = ("Operator", "Serial", "Kind")
     parts = {name: label for product in products().values() for name, label in product.parts.items()}
     return dict(zip(OWN, own, strict=True)) | parts
 
@@ -36,7 +36,8 @@ class StartDialogue:
     not open; bench: None until it is open; opens: that is under way; looks: a serial is being looked up; known: its
     unit; key_problem: why the operator cannot sign here; refused: the field whose refusal stands at the foot; ends:
     Escape was pressed once; confirmed: serials that were typed once more; begins: kind and parts of a new unit are
-    asked for; named: the operator who was given or has entered the name; left: unit that was open before; back: the same, where the scan of another one led here.
+    asked for; named: the operator who was given, or has entered the name; left: unit that was open before; back: the
+    same, where the scan of another one led here.
 
     lists: the units are being listed; listed: they are there; at: name and kind of the queue that is shown, None for
     all units; typed: letters that the serials of the units shown hold; row: place of the cursor among them; adds: a
@@ -193,6 +194,8 @@ class StartDialogue:
             return ""
         if not self.listed.units:
             return "No units yet.\nScan a serial: Enter begins its unit. F6: scan a whole tray."
+        if self.begins:
+            return f"{self.value('serial')} is new here.\nEsc: back to the units."
         return "No unit has these letters in its serial.\nCtrl+U: all units again. Enter: a new unit."
 
 

@@ -1,5 +1,6 @@
-"""What the first screen asks of the bench. All but `kinds` and `head` may block."""
+"""What the first screen asks of the bench. All but the properties may block."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -19,6 +20,16 @@ class BeginService:
     @property
     def kinds(self) -> BenchKinds:
         return BenchKinds(tuple(self.bench.specs), self.bench.problem, self.bench.described)
+
+    @property
+    def bench_name(self) -> str:
+        """Return the name in the bench file, "" without one."""
+        return "" if self.bench.stated is None else self.bench.stated.name
+
+    @property
+    def answering(self) -> Mapping[str, bool | None]:
+        """Return the instruments, each with what is known of whether it answers."""
+        return self.bench.instruments.answering
 
     def proposed(self, operator: str) -> Proposed:
         """Return what a bench proposes that was just opened. operator: "" for who worked there last."""

@@ -21,9 +21,7 @@ def bench() -> Bench:
     """With units that wait for a step and for a signature, one at which something was noted, and one whose serial may
     be a name."""
     units = waiting(known("APA-01")), known("ST-01", "strut", notes=1), known("PRO", steps=4, last="9 um")
-    return Bench(
-        {unit.serial: unit for unit in units}, {"apa": "", "strut": "ST"}, DOUBTS, {"strut": "ST"}
-    )
+    return Bench({unit.serial: unit for unit in units}, {"apa": "", "strut": "ST"}, DOUBTS, {"strut": "ST"})
 
 
 class BeginMachine(RuleBasedStateMachine):
