@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _RED = "bold red"  # of what quality assurance must decide
 _FROM_ROOMY = 100  # columns: between two marks is a blank
-_SINCE, _KIND, _WHO, _STATE = 8, 6, 10, 22  # columns; a name and a state have what is left too
+_SINCE, _KIND, _WHO, _STATE = 9, 6, 10, 22  # columns; a name and a state have what is left too
 _ENTRY, _FROM_ENTRY = "Last entry", 66  # columns of the state that leave room for one more
 _VALUE, _BAR = 20, 30
 
@@ -51,7 +51,7 @@ class UnitsTable(DataTable[Text]):
 
     def on_mount(self) -> None:
         for title in ("Serial", "Kind", "Steps", "State", _ENTRY, "Who", "Since"):
-            self.add_column(title if title != "Since" else f"{title:>{_SINCE}}", key=title)
+            self.add_column(title if title != "Since" else f"{title:>{_SINCE - 1}}", key=title)
 
     def show(self, units: "Sequence[KnownUnit]", row: int, now: datetime, *, anew: bool = False) -> None:
         """Show units with the cursor on one of them. anew: the time has gone on, or the room is another."""
@@ -63,7 +63,7 @@ class UnitsTable(DataTable[Text]):
             self.clear()
             for unit in units:
                 self.add_row(
-                    *(_cut(text, max(widths[name] - (name != "Since"), 0)) for name, text in self._cells(unit, now))
+                    *(_cut(text, max(widths[name] - 1, 0)) for name, text in self._cells(unit, now))
                 )
         self.move_cursor(row=row)
 
@@ -94,7 +94,7 @@ class UnitsTable(DataTable[Text]):
             ("State", state_words(unit)),
             (_ENTRY, Text(pretty(unit.last), "dim")),
             ("Who", Text(unit.last_by, held)),
-            ("Since", Text(f"{since:>{_SINCE}}", held or "dim")),
+            ("Since", Text(f"{since:>{_SINCE - 1}}", held or "dim")),
         )
 
 

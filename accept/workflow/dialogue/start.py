@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import KnownUnit, Queue
 
 _PARTS = "Enter: start; the parts may stay empty. ↓: next part"
+_NEW = "Enter: begin it. Esc: it is another one"
 _NAME = "Type your name; it stands for what you measure and sign"
 
 Do = Enum("Do", "LEAVE")
@@ -224,7 +225,8 @@ def _go_on(d: StartDialogue) -> Turn:
     kind_is_said = d.cursor == "serial" and (d.follows or len(d.fitting) == 1) and parts_of(d.value("kind"))
     at = d.shown.index("kind" if kind_is_said else str(d.cursor))
     following = d.shown[at + 1]
-    return say(replace(d, cursor=following), CHOOSE_KIND if following == "kind" else _PARTS)
+    alone = len(d.fitting) == 1
+    return say(replace(d, cursor=following), _PARTS if following != "kind" else _NEW if alone else CHOOSE_KIND)
 
 
 def _begin(d: StartDialogue, reason: str | None = None) -> Turn:
