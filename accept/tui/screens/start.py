@@ -20,7 +20,8 @@ from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
-from accept.tui.widgets.bench_cards import WIDTH, bench_line, counts_line, queue_row, week_text, week_title
+from accept.tui.widgets.bench_cards import WIDTH, bench_line, counts_line, queue_row, week_text
+from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.chips import Chips
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
@@ -94,7 +95,9 @@ class StartScreen(Working[Begin | None]):
         *(Binding(key, f"press('{key}')", show=False, priority=True) for key in ("pageup", "pagedown")),
     ]
 
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide")]  # noqa: RUF012 - declared so by textual
     press = staticmethod(dialogue.press)
+    main_key = "enter"
 
     def __init__(
         self,
@@ -118,11 +121,11 @@ class StartScreen(Working[Begin | None]):
         yield Static("", id="counts", markup=False)
         with Horizontal(id="board"):
             with Vertical(id="left"):
-                with Vertical(id="waiting", classes="card"):
+                with Card(title="Waiting", id="waiting"):
                     yield DataTable(id="queues", cursor_type="row", show_header=False, cell_padding=0)
                 yield Static("", id="week", markup=False, classes="card")
             with Vertical(id="right"):
-                with Vertical(id="scan", classes="card"):
+                with Card(title="Scan or type a serial", id="scan"):
                     for name, label in labels().items():
                         with Horizontal(classes="line" if name in OWN else "line part", id=f"line-{name}"):
                             yield Label(label, classes="label")
@@ -130,7 +133,7 @@ class StartScreen(Working[Begin | None]):
                             text = self.dialogue.texts[name]
                             yield Chips(text, id=name) if name == "kind" else TextEntry(text, placeholder=hint, id=name)
                     yield Label("", id="about", markup=False)
-                with Vertical(id="list", classes="card"):
+                with Card(title="Units", id="list"):
                     yield UnitsTable(id="known")
                     with Vertical(id="nothing", classes="empty"):
                         yield Label("", markup=False)
@@ -143,8 +146,7 @@ class StartScreen(Working[Begin | None]):
             return
         self._rail.can_focus = False
         self._rail.add_column("", key="queue", width=WIDTH)
-        for card, title in (("waiting", "Waiting"), ("week", "This week"), ("scan", "Scan or type a serial")):
-            self.query_one(f"#{card}").border_title = title
+        entitle(self.query_one("#week"), "This week")
         self.set_interval(_CLOCK_S, partial(self._show_time, anew=True))
         await self.follow(self._opening)
         if self._bench is not None:
@@ -199,9 +201,11 @@ class StartScreen(Working[Begin | None]):
             most = max(len(queue.units) for queue in overview.queues)
             for queue in overview.queues:
                 self._rail.add_row(queue_row(queue, most))
-            week = self.query_one("#week", Static)
-            week.update(week_text(overview.week))
-            week.border_subtitle = week_title(overview.week)
+            card, week = self.query_one("#week", Static), overview.week
+            card.update(week_text(week))
+            entitle(
+                card, "This week", f"{week.judged} of {week.begun}{'' if week.whole else '+'}" if week.begun else ""
+            )
         if d.queue is not None:
             self._rail.move_cursor(row=overview.queues.index(d.queue))
         self.query_one("#counts", Static).update(counts_line(overview, d.queue, self.size.width))
@@ -219,9 +223,8 @@ class StartScreen(Working[Begin | None]):
         nothing.query_one(Label).update(d.nothing)
         if d.listed is not None:
             table.show(d.units, d.row, now(), anew=anew)
-        listed = self.query_one("#list")
-        listed.border_title = d.queue.title if d.queue is not None else "Units"
-        listed.border_subtitle = str(len(d.units)) if d.listed is not None else ""
+        if d.queue is not None:
+            entitle(self.query_one("#list"), d.queue.title, str(len(d.units)))
         words = f"{d.value('serial')}: nothing is measured yet" if d.begins else "No unit is chosen"
         self.query_one(UnitCard).show(d.here if d.adds else d.meant, words)
 

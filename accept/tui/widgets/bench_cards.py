@@ -1,12 +1,13 @@
 """What stands around the units of a bench, as text: who works where with which instruments, what waits, the week."""
 
 from collections.abc import Mapping
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from accept.tui.widgets.sparkline import share, sparkline
+from accept.pictures.labels import label_of
+from accept.tui.widgets.limit_bar import INSIDE, OUTSIDE, blocks
 
 if TYPE_CHECKING:
     from accept.workflow.steps.overview import Drift, Overview, Week
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 
 WIDTH = 26  # columns in the cards on the left
 _TITLE, _BAR = 19, 4  # columns of a queue's row; the count has what is left
-_WORKDAYS = 5  # the others are shown if something was done there
+_BARS = 14  # units whose time is drawn
+_DAYS = ("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su")
 _ANSWERS = {True: ("●", "green"), False: ("●", "bold red"), None: ("○", "dim")}
 
 
@@ -61,49 +63,30 @@ def week_text(week: "Week") -> Text:
     """Return what became of the units that were begun in this week; what nothing is known of is left out."""
     if not week.begun:
         return Text("Nothing begun this week yet.\nScan a serial to begin.", "dim")
-    done, left = share(week.judged, week.begun, WIDTH)
-    text = Text.assemble((done, "green"), (left, "dim"), "\n")
+    done = round(WIDTH * week.judged / week.begun)
+    text = Text.assemble((INSIDE * done, "green"), (OUTSIDE * (WIDTH - done), "dim"), "\n")
     others = week.begun - week.accepted - week.rejected - week.held
     counts = (("accepted", week.accepted, "green"), ("rejected", week.rejected, "bold red"))
     for name, count, style in (*counts, ("held", week.held, "bold yellow"), ("open", others, "dim")):
         text.append(f"{name:<{WIDTH - 6}}").append(f"{count:>6}\n", style if count else "dim")
     if any(week.by_day):
-        days = _WORKDAYS if not any(week.by_day[_WORKDAYS:]) else len(week.by_day)
-        wide = 3 if days == _WORKDAYS else 2
-        monday = datetime(2024, 1, 1)  # whichever
-        names = (f"{monday + timedelta(days=day):%a}"[:wide] for day in range(days))
-        bars = (bar * wide for bar in sparkline(week.by_day[:days], zero=True))
-        text.append(f"\n{' '.join(names)}\n", "dim").append(f"{' '.join(bars)}\n", "blue")
+        bars = (2 * bar for bar in blocks(week.by_day, len(_DAYS), empty=True))
+        text.append(f"\n{' '.join(_DAYS)}\n", "dim").append(f"{' '.join(bars)}\n", "blue")
     if week.minutes:
-        last = week.minutes[-14:]
-        text.append("\ntime per unit\n", "dim").append(sparkline(last, zero=True), "cyan")
-        text.append(f"  {_minutes(week.usual_minutes)}\n")
+        usual = week.usual_minutes
+        words = "<1 min" if usual < 1 else f"{usual:.0f} min" if usual < 120 else f"{usual / 60:.0f} h"
+        text.append("\ntime per unit\n", "dim")
+        text.append(blocks(week.minutes[-_BARS:], _BARS, empty=True), "cyan").append(f"  {words}\n")
     if week.drift is not None:
         text.append("\n").append_text(drift_text(week.drift))
     text.rstrip()
     return text
 
 
-def week_title(week: "Week") -> str:
-    """Return how many of the units that were begun have a verdict."""
-    return f"{week.judged} of {week.begun}{'' if week.whole else '+'}" if week.begun else ""
-
-
-def _minutes(minutes: float) -> str:
-    if minutes < 1:
-        return "<1 min"
-    hours = minutes / 60
-    return f"{minutes:.0f} min" if hours < 2 else f"{hours:.0f} h" if hours < 48 else f"{hours / 24:.0f} d"
-
-
 def drift_text(drift: "Drift") -> Text:
     """Return the quantity whose trend is the clearest, and what to do about it."""
-    from accept.pictures.labels import label_of  # loads the checks, which are there when something was judged
-
-    words = {1: "drifts up: check gauge", -1: "drifts down: check gauge", 0: "steady"}
-    label = f"{label_of(drift.quantity)}, last {len(drift.values)}"
-    text = Text(f"{label[:WIDTH]}\n", "dim")
     style = "yellow" if drift.way else "cyan"
-    return text.append(f"{sparkline(drift.values)}\n", style).append(
-        words[drift.way], f"bold {style}" if drift.way else "dim"
-    )
+    text = Text(f"{label_of(drift.quantity)}, last {len(drift.values)}"[:WIDTH], "dim")
+    text.append(f"\n{blocks(drift.values, len(drift.values))}\n", f"not dim {style}")
+    words = {1: "drifts up: check gauge", -1: "drifts down: check gauge", 0: "steady"}
+    return text.append(words[drift.way], f"not dim bold {style}" if drift.way else "")

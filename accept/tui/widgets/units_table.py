@@ -10,7 +10,8 @@ from textual.widgets import DataTable, Static
 from accept.pictures.labels import label_of
 from accept.pictures.signs import FINDINGS, UNITS
 from accept.pictures.words import pretty
-from accept.tui.widgets.limit_bar import limit_bar, numbers
+from accept.tui.widgets.card import entitle
+from accept.tui.widgets.limit_bar import coloured, limit_bar, numbers
 
 if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import KnownUnit
@@ -62,9 +63,7 @@ class UnitsTable(DataTable[Text]):
                 column.auto_width, column.width = False, widths[str(column.key.value)]
             self.clear()
             for unit in units:
-                self.add_row(
-                    *(_cut(text, max(widths[name] - 1, 0)) for name, text in self._cells(unit, now))
-                )
+                self.add_row(*(_cut(text, max(widths[name] - 1, 0)) for name, text in self._cells(unit, now)))
         self.move_cursor(row=row)
 
     def _widths(self, units: "Sequence[KnownUnit]") -> Mapping[str, int]:
@@ -129,8 +128,7 @@ class UnitCard(Static):
 
     def _draw(self) -> None:
         unit = self._unit
-        self.border_title = "Unit" if unit is None else unit.serial
-        self.border_subtitle = "" if unit is None else f"attempt {unit.attempt}"
+        entitle(self, *(("Unit",) if unit is None else (unit.serial, f"attempt {unit.attempt}")))
         self.set_class(unit is not None and unit.waits_for_qa, "bad")
         self.update(Text(self._words, "dim") if unit is None else unit_text(unit, *self.content_size))
 
@@ -176,13 +174,13 @@ def finding_line(finding: "Finding", name: int, width: int) -> Text:
     """Return one finding with its value in place inside its limits, as far as there is room. name: columns of its
     label."""
     sign = FINDINGS[str(finding.verdict)]
-    value = pretty(numbers(finding.value, finding.U, finding.unit))
+    value = numbers(finding.value, finding.U, finding.unit)
     text = Text.assemble((f"{sign.mark} ", sign.tone.style), f"{label_of(finding.quantity)[:name]:<{name}}")
     text.append(f"{value[:_VALUE]:>{_VALUE}}", "bold")
     room = min(width - text.cell_len - 3, _BAR + max(width - 100, 0) // 2)
     if room >= 10 and (finding.lower, finding.upper) != (None, None):
         bar = limit_bar(finding.value, finding.U, finding.lower, finding.upper, room)
-        text.append(f"   {bar}", sign.tone.style)
+        text.append("   ").append_text(coloured(bar, sign.tone.style))
     return text
 
 
