@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.events import Click, Key
+from textual.events import Key
 from textual.message import Message
-from textual.widgets import DataTable, Input, Label, Static
+from textual.widgets import Input, Label, Static
 from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
@@ -25,7 +25,7 @@ from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.chips import Chips
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
-from accept.tui.widgets.units_table import UnitCard, UnitsTable
+from accept.tui.widgets.units_table import PointedTable, UnitCard, UnitsTable
 from accept.workflow.dialogue import start as dialogue
 from accept.workflow.dialogue import units
 from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp
@@ -122,7 +122,7 @@ class StartScreen(Working[Begin | None]):
         with Horizontal(id="board"):
             with Vertical(id="left"):
                 with Card(title="Waiting", id="waiting"):
-                    yield DataTable(id="queues", cursor_type="row", show_header=False, cell_padding=0)
+                    yield PointedTable(id="queues", show_header=False)
                 yield Static("", id="week", markup=False, classes="card")
             with Vertical(id="right"):
                 with Card(title="Scan or type a serial", id="scan"):
@@ -144,7 +144,6 @@ class StartScreen(Working[Begin | None]):
     async def on_mount(self) -> None:
         if not self.alive:
             return
-        self._rail.can_focus = False
         self._rail.add_column("", key="queue", width=WIDTH)
         entitle(self.query_one("#week"), "This week")
         self.set_interval(_CLOCK_S, partial(self._show_time, anew=True))
@@ -162,8 +161,8 @@ class StartScreen(Working[Begin | None]):
         return BeginService(self._bench)
 
     @property
-    def _rail(self) -> DataTable[Any]:
-        return self.query_one("#queues", DataTable)
+    def _rail(self) -> PointedTable:
+        return self.query_one("#queues", PointedTable)
 
     def _line(self, name: str) -> Input | Chips:
         found = self.query_one(f"#{name}")
@@ -229,7 +228,7 @@ class StartScreen(Working[Begin | None]):
         self.query_one(UnitCard).show(d.here if d.adds else d.meant, words)
 
     def on_resize(self) -> None:
-        self.call_after_refresh(self._show_time, anew=True)
+        self._show_time()
 
     async def execute(self, effect: object) -> None:
         match effect:
@@ -317,16 +316,12 @@ class StartScreen(Working[Begin | None]):
 
         self.app.push_screen(which_unit(doubt), answered)
 
-    async def on_click(self, event: Click) -> None:
-        """Mark a unit, or open it by two clicks; show a queue; ask who is there."""
-        row = event.style.meta.get("row", -1)
-        match event.widget:
-            case UnitsTable() if row >= 0:
-                await self.answer(dialogue.point, row, event.chain > 1)
-            case DataTable() if row >= 0:
-                await self.answer(units.show_queue, row)
-            case Static(id="bench-line"):
-                await self.action_press("ctrl+o")
+    async def on_pointed_table_pointed(self, event: PointedTable.Pointed) -> None:
+        """Mark a unit, or open it by two clicks; show a queue."""
+        if event.table is self._rail:
+            await self.answer(units.show_queue, event.row)
+        else:
+            await self.answer(dialogue.point, event.row, event.twice)
 
     async def on_key(self, event: Key) -> None:
         """Type into the first field that lacks something where a click took the cursor away, or where a kind is

@@ -5,6 +5,8 @@ from datetime import datetime
 from typing import TYPE_CHECKING
 
 from rich.text import Text
+from textual.events import Click
+from textual.message import Message
 from textual.widgets import DataTable, Static
 
 from accept.pictures.labels import label_of
@@ -41,30 +43,57 @@ def when_words(time: str) -> str:
     return f"{datetime.fromisoformat(time).astimezone():%a %d %b %H:%M}"
 
 
-class UnitsTable(DataTable[Text]):
+class PointedTable(DataTable[Text]):
+    """A table whose rows are pointed at; keys belong to the line beside it."""
+
+    class Pointed(Message):
+        """A row was clicked. twice: by two clicks."""
+
+        def __init__(self, table: "PointedTable", row: int, twice: bool) -> None:
+            super().__init__()
+            self.table, self.row, self.twice = table, row, twice
+
+    def __init__(self, *, id: str, show_header: bool = True) -> None:
+        super().__init__(id=id, show_header=show_header, cursor_type="row", cell_padding=0)
+        self.can_focus = False
+
+    def on_click(self, event: Click) -> None:
+        if (row := event.style.meta.get("row", -1)) >= 0:
+            self.post_message(self.Pointed(self, row, event.chain > 1))
+
+
+class UnitsTable(PointedTable):
     """A row per unit: serial, kind, a mark per step, where it stands, who acted last, and when; the last entry where
     there is room. The serial is whole, the state and the name have what is left."""
 
     def __init__(self, id: str) -> None:
-        super().__init__(id=id, cursor_type="row", cell_padding=0)
-        self.can_focus = False
+        super().__init__(id=id)
         self._units: Sequence[KnownUnit] = ()
+        self._now = datetime.min
 
     def on_mount(self) -> None:
         for title in ("Serial", "Kind", "Steps", "State", _ENTRY, "Who", "Since"):
             self.add_column(title if title != "Since" else f"{title:>{_SINCE - 1}}", key=title)
 
     def show(self, units: "Sequence[KnownUnit]", row: int, now: datetime, *, anew: bool = False) -> None:
-        """Show units with the cursor on one of them. anew: the time has gone on, or the room is another."""
+        """Show units with the cursor on one of them. anew: the time has gone on."""
         if units != self._units or anew:
-            self._units = units
-            widths = self._widths(units)
-            for column in self.ordered_columns:
-                column.auto_width, column.width = False, widths[str(column.key.value)]
-            self.clear()
-            for unit in units:
-                self.add_row(*(_cut(text, max(widths[name] - 1, 0)) for name, text in self._cells(unit, now)))
+            self._units, self._now = units, now
+            self._fill()
         self.move_cursor(row=row)
+
+    def on_resize(self) -> None:
+        row = self.cursor_row
+        self._fill()
+        self.move_cursor(row=row)
+
+    def _fill(self) -> None:
+        widths = self._widths(self._units)
+        for column in self.ordered_columns:
+            column.auto_width, column.width = False, widths[str(column.key.value)]
+        self.clear()
+        for unit in self._units:
+            self.add_row(*(_cut(text, max(widths[name] - 1, 0)) for name, text in self._cells(unit, self._now)))
 
     def _widths(self, units: "Sequence[KnownUnit]") -> Mapping[str, int]:
         def longest(texts: Sequence[str], least: int) -> int:

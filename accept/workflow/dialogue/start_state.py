@@ -175,8 +175,9 @@ class StartDialogue:
             last = self.at_once or self.is_last
             words = f"Enter {'begins' if last else 'goes on with'} {serial}, a new unit of kind {self.follows or kind}"
         else:
-            asked = "what it is made of" if self.follows or len(self.fitting) == 1 else "of which kind it is"
-            words = f"{serial} is a new unit{f' of kind {self.follows}' if self.follows else ''}. Enter: {asked}"
+            said = self.follows or (self.fitting[0] if len(self.fitting) == 1 else "")
+            asked = "of which kind it is" if not said else "what it is made of" if parts_of(said) else "begin it"
+            words = f"{serial} is a new unit{f' of kind {said}' if said else ''}. Enter: {asked}"
         return "\n".join(filter(None, (words, self.key_problem)))
 
     @property

@@ -101,7 +101,7 @@ async def test_where_there_is_nothing_it_is_said_what_to_do(size: tuple[int, int
         assert "No units yet." in shown
         assert "F6: scan a whole tray" in shown
         await press(pilot, *"APA-01")
-        assert "APA-01 is a new unit. Enter: of which kind it is" in "\n".join(seen(pilot))
+        assert "APA-01 is a new unit of kind apa. Enter: begin it" in "\n".join(seen(pilot))
 
 
 async def test_a_small_screen_has_the_counts_in_a_line_and_the_shown_queue_among_them(units: None) -> None:
