@@ -21,7 +21,7 @@ from textual.worker import get_current_worker
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
 from accept.tui.widgets.bench_cards import WIDTH, bench_line, counts_line, queue_row, week_text
-from accept.tui.widgets.card import Card, entitle
+from accept.tui.widgets.card import Card, entitle, put
 from accept.tui.widgets.chips import Chips
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
@@ -183,7 +183,7 @@ class StartScreen(Working[Begin | None]):
                 line.show(d.fitting if d.begins else () if d.bench is None else d.bench.kinds, text)
             elif line.value != text:
                 line.value = text
-        self.query_one("#about", Label).update(d.about)
+        put(self.query_one("#about", Label), d.about)
         if d.cursor is not None and self.focused is not self._line(d.cursor):
             self.set_focus(self._line(d.cursor))
         self._show_time()
@@ -201,13 +201,12 @@ class StartScreen(Working[Begin | None]):
             for queue in overview.queues:
                 self._rail.add_row(queue_row(queue, most))
             card, week = self.query_one("#week", Static), overview.week
-            card.update(week_text(week))
-            entitle(
-                card, "This week", f"{week.judged} of {week.begun}{'' if week.whole else '+'}" if week.begun else ""
-            )
+            put(card, week_text(week))
+            more = "" if week.whole else "+"  # units that are too old for the list
+            entitle(card, "This week", f"{week.judged} of {week.begun}{more}" if week.begun else "")
         if d.queue is not None:
             self._rail.move_cursor(row=overview.queues.index(d.queue))
-        self.query_one("#counts", Static).update(counts_line(overview, d.queue, self.size.width))
+        put(self.query_one("#counts", Static), counts_line(overview, d.queue, self.size.width))
 
     def _show_time(self, *, anew: bool = False) -> None:
         """Show what the clock goes on for. anew: the time of every unit."""
@@ -215,11 +214,11 @@ class StartScreen(Working[Begin | None]):
         served = None if self._bench is None else self.service
         name, answering = ("", {}) if served is None else (served.bench_name, served.answering)
         operator = "" if d.cursor == "operator" else d.value("operator")
-        line = self.query_one("#bench-line", Static)
-        line.update(bench_line(name, operator, answering, now(), self.size.width))
+        line = bench_line(name, operator, answering, now(), self.size.width)
+        put(self.query_one("#bench-line", Static), line)
         table, nothing = self.query_one(UnitsTable), self.query_one("#nothing")
         nothing.display, table.display = bool(d.nothing), not d.nothing
-        nothing.query_one(Label).update(d.nothing)
+        put(nothing.query_one(Label), d.nothing)
         if d.listed is not None:
             table.show(d.units, d.row, now(), anew=anew)
         if d.queue is not None:
@@ -228,7 +227,8 @@ class StartScreen(Working[Begin | None]):
         self.query_one(UnitCard).show(d.here if d.adds else d.meant, words)
 
     def on_resize(self) -> None:
-        self._show_time()
+        if self.alive:
+            self._show_time()
 
     async def execute(self, effect: object) -> None:
         match effect:

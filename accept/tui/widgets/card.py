@@ -4,6 +4,7 @@ from rich.text import Text
 from textual.containers import Vertical
 from textual.content import Content
 from textual.widget import Widget
+from textual.widgets import Static
 
 
 def entitle(card: Widget, title: str, state: Text | str = "") -> None:
@@ -20,3 +21,9 @@ class Card(Vertical):
     def __init__(self, *parts: Widget, title: str, id: str) -> None:
         super().__init__(*parts, id=id, classes="card")
         self.border_title = title
+
+
+def put(shown: Static, content: Text | str) -> None:
+    """Show a text, if it is another: what is updated is laid out and sent anew."""
+    if shown.content != content:
+        shown.update(content)

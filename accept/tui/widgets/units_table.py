@@ -10,12 +10,12 @@ from textual.message import Message
 from textual.widgets import DataTable, Static
 
 from accept.pictures.labels import label_of
-from accept.pictures.signs import FINDINGS, UNITS
 from accept.pictures.words import pretty
 from accept.tui.widgets.card import entitle
 from accept.tui.widgets.limit_bar import coloured, limit_bar, numbers
 
 if TYPE_CHECKING:
+    from accept.pictures.signs import Sign
     from accept.workflow.steps.unit_list import KnownUnit
     from checks.verdict import Finding
 
@@ -131,7 +131,7 @@ def state_words(unit: "KnownUnit") -> Text:
     if unit.waits_for_qa:
         return Text(f"HELD  {unit.held_by}" if not unit.verdict and unit.held_by else unit.state, _RED)
     if unit.verdict:
-        return Text(unit.state, UNITS[str(unit.verdict)].tone.style if unit.to_sign else "dim")
+        return Text(unit.state, _sign(str(unit.verdict), of_unit=True).tone.style if unit.to_sign else "dim")
     return Text(unit.state, "cyan" if unit.is_begun else "dim")
 
 
@@ -196,13 +196,13 @@ def _standing(unit: "KnownUnit") -> Text:
 def _counted(findings: "Sequence[Finding]") -> str:
     """Return how many findings have each verdict: `5 pass, 1 fail`."""
     verdicts = [str(finding.verdict) for finding in findings]
-    return ", ".join(f"{verdicts.count(each)} {FINDINGS[each].word}" for each in FINDINGS if each in verdicts)
+    return ", ".join(f"{verdicts.count(each)} {_sign(each).word}" for each in sorted(set(verdicts), reverse=True))
 
 
 def finding_line(finding: "Finding", name: int, width: int) -> Text:
     """Return one finding with its value in place inside its limits, as far as there is room. name: columns of its
     label."""
-    sign = FINDINGS[str(finding.verdict)]
+    sign = _sign(str(finding.verdict))
     value = numbers(finding.value, finding.U, finding.unit)
     text = Text.assemble((f"{sign.mark} ", sign.tone.style), f"{label_of(finding.quantity)[:name]:<{name}}")
     text.append(f"{value[:_VALUE]:>{_VALUE}}", "bold")
@@ -211,6 +211,12 @@ def finding_line(finding: "Finding", name: int, width: int) -> Text:
         bar = limit_bar(finding.value, finding.U, finding.lower, finding.upper, room)
         text.append("   ").append_text(coloured(bar, sign.tone.style))
     return text
+
+
+def _sign(verdict: str, *, of_unit: bool = False) -> "Sign":
+    from accept.pictures.signs import FINDINGS, UNITS  # numpy comes with it: the first screen does not wait for that
+
+    return (UNITS if of_unit else FINDINGS)[verdict]
 
 
 def _cut(text: Text, room: int) -> Text:
