@@ -64,7 +64,7 @@ class PointedTable(DataTable[Text]):
 
 class UnitsTable(PointedTable):
     """A row per unit: serial, kind, a mark per step, where it stands, who acted last, and when; the last entry where
-    there is room. The serial is whole, the state and the name have what is left."""
+    there is room. The serial is never cut, state and name fill the rest."""
 
     def __init__(self, id: str) -> None:
         super().__init__(id=id)
@@ -167,10 +167,15 @@ def unit_text(unit: "KnownUnit", width: int, height: int) -> Text:
     last entry and the last note."""
     below = [_standing(unit)]
     if unit.last:
-        entered = f"{pretty(unit.last)}, {when_words(unit.last_at)} by {unit.last_by}"
+        entered = f"{pretty(unit.last)}, {when_words(unit.entered)} by {unit.entered_by}"
         below.append(Text.assemble(("last  ", "dim"), entered))
     if unit.note:
-        below.append(Text.assemble(("note  ", "dim"), (f"“{unit.note}”", _RED if unit.note == unit.held_by else "")))
+        below.append(
+            Text.assemble(
+                (f"note{f', the last of {unit.notes}' if unit.notes > 1 else ''}  ", "dim"),
+                (f"“{unit.note}”", _RED if unit.note == unit.held_by else ""),
+            )
+        )
     found = sorted(unit.findings, key=lambda finding: str(finding.verdict) == "pass")
     rows = max(height - len(below), 0)
     shown = found if len(found) <= rows else found[: max(rows - 1, 0)]

@@ -112,7 +112,7 @@ def tray(d: StartDialogue) -> Turn:
     if d.adds and not d.value("serial"):
         return end_tray(d, f"{len(d.added)} added. Tab: choose what to measure at one after the other", "good")
     if not d.adds:
-        is_new = d.typed == d.texts["serial"] and d.known is None  # a unit that is proposed is none of the tray
+        is_new = d.typed == d.texts["serial"] and d.known is None  # the unit that is proposed is not added
         kind = d.value("kind") if d.value("kind") in d.bench.kinds else d.bench.kinds[0]
         d = d if is_new else without_serial(d)
         d = replace(d, texts={**d.texts, "kind": kind}, cursor="serial", adds=True, begins=False, at=None, row=0)

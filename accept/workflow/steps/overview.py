@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from statistics import median
+from statistics import NormalDist, median
 
 from accept.workflow.steps.unit_list import LISTED, KnownUnit, Queue
 from checks.verdict import UnitVerdict
@@ -13,7 +13,7 @@ from checks.verdict import UnitVerdict
 DAYS = 7
 LAST = 20  # units, of which a drift is told
 _FEWEST = 10  # values; the trend of fewer is no drift
-_DRIFTS = 3.3  # standard deviations of Kendall's S without a trend: one in a thousand
+_BY_CHANCE = 1e-3  # how often any of the quantities is said to drift where none does
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,8 @@ def drift(units: Sequence[KnownUnit]) -> Drift | None:
         return None
     trends = {key: _trend(found) for key, found in last.items()}
     clearest = max(trends, key=lambda key: abs(trends[key]))
-    way = 0 if abs(trends[clearest]) < _DRIFTS else int(math.copysign(1, trends[clearest]))
+    beyond = NormalDist().inv_cdf(1 - _BY_CHANCE / 2 / len(trends))
+    way = 0 if abs(trends[clearest]) < beyond else int(math.copysign(1, trends[clearest]))
     return Drift(*clearest, tuple(last[clearest]), way)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
@@ -24,8 +23,8 @@ LISTED = 200  # units begun last: a serial that is older is found by typing it
 class KnownUnit:
     """A serial, its last attempt, and how far that has come. steps: how many there are, 0 without a spec of its kind;
     waiting: those that are not complete; marks: mark and style of each step; at: title of the step at which it stands;
-    findings: as they were judged last; note: the last one; held_by: the nonconformance; measured, judged: times of the
-    first entry and of the verdict that holds."""
+    findings: as they were judged last; note: the last one; held_by: the nonconformance; entered, measured,
+    judged: times of the last entry, of the first one and of the verdict that holds."""
 
     serial: str
     kind: str
@@ -47,17 +46,10 @@ class KnownUnit:
     findings: tuple[Finding, ...] = ()
     note: str = ""
     held_by: str = ""
+    entered_by: str = ""
+    entered: str = ""
     measured: str = ""
     judged: str = ""
-
-    @property
-    def handed_over(self) -> str:
-        """Return who began it and when, the last entry, and how many notes there are."""
-        when = datetime.fromisoformat(self.begun).astimezone() if self.begun else None
-        words = [f"begun by {self.begun_by}{when:, %a %d %b %H:%M}" if when else ""]
-        words.append(f"last entry {self.last}" if self.last else "")
-        words.append(f"{self.notes} note{'s' if self.notes > 1 else ''}" if self.notes else "")
-        return "; ".join(filter(None, words))
 
     @property
     def words(self) -> str:
@@ -215,6 +207,8 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
         tuple(finding for judgement in found.values() if judgement is not None for finding in judgement.findings),
         notes[-1].text if notes else "",
         held[0] if held else "",
+        entries[-1].who if entries else "",
+        times[entries[-1].seq] if entries else "",
         times[entries[0].seq] if entries else "",
         verdicts[-1] if verdicts and attempt.judged is not None else "",
     )
