@@ -118,7 +118,7 @@ class UnitsTable(PointedTable):
         return (
             ("Serial", Text(unit.serial, held or "bold")),
             ("Kind", Text(unit.kind, held or "dim")),
-            ("Steps", between.join(Text(mark, style) for mark, style in unit.marks)),
+            ("Steps", between.join(Text(mark, style) for mark, style, _ in unit.marks)),
             ("State", state_words(unit)),
             (_ENTRY, Text(pretty(unit.last), "dim")),
             ("Who", Text(unit.last_by, held)),
@@ -183,7 +183,9 @@ def unit_text(unit: "KnownUnit", width: int, height: int) -> Text:
     above = [finding_line(finding, room, width) for finding in shown]
     if len(shown) < len(found) and rows:
         above.append(Text(f"  and {len(found) - len(shown)} more; of all: {_counted(found)}", "dim"))
-    elif found and len(found) < rows:
+    if not found:
+        above = [Text.assemble((f"{mark} ", style), title) for mark, style, title in unit.marks[:rows]]
+    if 0 < len(above) < rows:
         above.append(Text())
     text = Text("\n").join([*above, *below])
     text.no_wrap, text.overflow = True, "ellipsis"

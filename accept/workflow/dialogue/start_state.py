@@ -191,13 +191,15 @@ class StartDialogue:
     @property
     def nothing(self) -> str:
         """Return why no unit is shown and what to do, "" if there is one."""
-        if self.listed is None or self.units:
+        if self.units or (self.listed is None and not self.lists):
             return ""
+        if self.listed is None:
+            return "Looking for the units …"
         if not self.listed.units:
             return "No units yet.\nScan a serial: Enter begins its unit. F6: scan a whole tray."
         if self.begins:
             return f"{self.value('serial')} is new here.\nEsc: back to the units."
-        return "No unit has these letters in its serial.\nCtrl+U: all units again. Enter: a new unit."
+        return "No unit of this list has these letters in its serial.\nCtrl+U: all of them again."
 
 
 Turn = turn.Turn[StartDialogue]

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
 from accept.store import Store
-from accept.store.payloads import AttemptStarted, RecordLinked, StepJudged, UnitJudged, ValueTaken
+from accept.store.payloads import AttemptStarted, RecordLinked, UnitJudged, ValueTaken
 from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
-from accept.workflow.steps.section import value_words
-from accept.workflow.steps.status import UNFINISHED, Status, judgement_of, open_steps, state_of, status_of
+from accept.workflow.steps.section import ready, value_words
+from accept.workflow.steps.status import UNFINISHED, Status, judgement_of, of_findings, open_steps, state_of, status_of
 from checks.verdict import Finding, UnitVerdict
 from specs.spec import Spec
 
@@ -22,8 +22,8 @@ LISTED = 200  # units begun last: a serial that is older is found by typing it
 @dataclass(frozen=True)
 class KnownUnit:
     """A serial, its last attempt, and how far that has come. steps: how many there are, 0 without a spec of its kind;
-    waiting: those that are not complete; marks: mark and style of each step; at: title of the step at which it stands;
-    findings: as they were judged last; note: the last one; held_by: the nonconformance; entered, measured,
+    waiting: those that are not complete; marks: mark, style and title of each step; at: title of the step at which it
+    stands; findings: as they were judged last; note: the last one; held_by: the nonconformance; entered, measured,
     judged: times of the last entry, of the first one and of the verdict that holds."""
 
     serial: str
@@ -41,7 +41,7 @@ class KnownUnit:
     waiting: tuple[str, ...] = ()
     last_by: str = ""
     last_at: str = ""  # UTC, ISO 8601
-    marks: tuple[tuple[str, str], ...] = ()
+    marks: tuple[tuple[str, str, str], ...] = ()
     at: str = ""
     findings: tuple[Finding, ...] = ()
     note: str = ""
@@ -183,7 +183,7 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
     spec = specs.get(attempt.kind)
     steps = () if spec is None else steps_of(spec)
     waiting = () if spec is None else _waiting(attempt, spec)
-    found = {} if spec is None else _judgements(attempt, spec)
+    found = {} if spec is None else _findings(attempt, spec)
     times = {event.seq: event.time for event in events}
     verdicts = [event.time for event in events if event.what == UnitJudged.KIND]
     return KnownUnit(
@@ -202,9 +202,9 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
         waiting,
         events[-1].who,
         events[-1].time,
-        tuple(_mark(attempt, step, waiting, found[step.name]) for step in steps),
+        tuple((*_mark(attempt, step, waiting, found[step.name]), step.short) for step in steps),
         next((step.short for step in steps if step.name in waiting), ""),
-        tuple(finding for judgement in found.values() if judgement is not None for finding in judgement.findings),
+        tuple(finding for findings in found.values() for finding in findings),
         notes[-1].text if notes else "",
         held[0] if held else "",
         entries[-1].who if entries else "",
@@ -220,22 +220,25 @@ def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
     return tuple(step.name for step in open_steps(steps, states, f"{spec.name}@{spec.sha256}", code_sha256()))
 
 
-def _judgements(attempt: Attempt, spec: Spec) -> dict[str, StepJudged | None]:
-    """Return step -> its judgement if that still holds, as the verdict of the whole unit leaves it."""
-    whole = () if attempt.judged is None else attempt.judged.result.findings
-    left = {(finding.check, finding.quantity): finding for finding in whole}
+def _findings(attempt: Attempt, spec: Spec) -> dict[str, tuple[Finding, ...]]:
+    """Return step -> its findings: those of the unit's verdict where it has one, else of the step's own judgement if
+    that still holds."""
+    if attempt.judged is not None:
+        whole = attempt.judged.result.findings
+        return {step: tuple(finding for finding in whole if finding.check == step) for step in spec.checks}
     found = {}
     for step in steps_of(spec):
         own = judgement_of(state_of(attempt, step), f"{spec.name}@{spec.sha256}", code_sha256())
-        findings = () if own is None else tuple(left.get((f.check, f.quantity), f) for f in own.findings)
-        found[step.name] = own and replace(own, findings=findings)
+        found[step.name] = () if own is None else own.findings
     return found
 
 
-def _mark(attempt: Attempt, step: WorkflowStep, waiting: tuple[str, ...], judged: StepJudged | None) -> tuple[str, str]:
+def _mark(
+    attempt: Attempt, step: WorkflowStep, waiting: tuple[str, ...], found: tuple[Finding, ...]
+) -> tuple[str, str]:
     """Return mark and style of a step, as the list of steps has them, or that the unit stands there."""
     state = state_of(attempt, step)
-    status = status_of(step, state, judged)
+    status = of_findings(found) if found and ready(step, state) else status_of(step, state, None)
     if any(note.nonconformance for note in state.notes) and status in (*UNFINISHED, Status.PASS):
         status = Status.HELD
     stands = attempt.undoable and (step.name,) == waiting[:1] and status is Status.NOT_DONE

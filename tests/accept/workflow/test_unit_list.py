@@ -145,19 +145,19 @@ def test_a_passphrase_is_kept_for_its_person_and_for_a_shift_and_not_while_the_b
 def test_a_unit_has_a_mark_per_step_what_was_found_and_who_entered_what_last(store: Store):
     session = unit(store, "APA-01", "flatness", "capacitance")
     (found,) = known_units(store, SPECS)
-    assert [mark for mark, _ in found.marks] == ["○", "○", "◉", "·"]
+    assert [mark for mark, *_ in found.marks] == ["○", "○", "◉", "·"]
     assert (found.state, found.findings) == ("in Stroke", ())
     session = open_session(store, home(), SPEC, "Bob", "APA-01")
     judge_step(session, "capacitance")
     session.entries.note("flatness", "flexure cracked", nonconformance=True)
     session.close()
     (found,) = known_units(store, SPECS)
-    assert [mark for mark, _ in found.marks] == ["!", "✓", "◉", "·"]
+    assert [mark for mark, *_ in found.marks] == ["!", "✓", "◉", "·"]
     assert [finding.quantity for finding in found.findings] == ["sensor_uF", "actuator_uF"]
     assert (found.held_by, found.note, found.last_by, found.entered_by) == ("flexure cracked",) * 2 + ("Bob", "Ann")
     assert found.waits_for_qa
     unit(store, "APA-02")
-    assert [mark for mark, _ in known_units(store, SPECS)[0].marks] == ["·"] * 4
+    assert [mark for mark, *_ in known_units(store, SPECS)[0].marks] == ["·"] * 4
     assert known_units(store, SPECS)[0].state == "new"
 
 

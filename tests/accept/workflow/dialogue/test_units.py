@@ -44,7 +44,7 @@ class TestOpening:
         at.press("down")  # the marked one is taken, not passed
         assert (at.d.value("serial"), at.listed) == ("APA-02", ["APA-02", "APA-01"])
         at.types("q")
-        assert at.d.nothing.startswith("No unit has these letters")
+        assert at.d.nothing.startswith("No unit of this list has these letters")
         at.types("")
         assert at.listed == ["B-1", "APA-02", "APA-01"]
 
