@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import groupby, pairwise
 
 from rich.text import Text
 
@@ -45,11 +46,9 @@ def limit_bar(
 
 def coloured(bar: str, colour: str) -> Text:
     """Return a drawn bar in which zone and value have a colour, the limits none, and all beyond them is dim."""
-    text = Text(bar, colour)
-    for place, cell in enumerate(bar):
-        if cell in (OUTSIDE, LIMIT, USUAL):
-            text.stylize("not bold dim default" if cell == OUTSIDE else "bold default", place, place + 1)
-    return text
+    styles = {OUTSIDE: "dim", LIMIT: "bold", USUAL: "bold"}
+    runs = groupby(bar, key=lambda cell: styles.get(cell, colour))
+    return Text.assemble(*(("".join(cells), style) for style, cells in runs))
 
 
 def below_bar(value: float | None, lower: float | None, upper: float | None, width: int) -> str:
@@ -87,7 +86,7 @@ def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
     if not known:
         return " " * width
     edges = [round(n * len(known) / width) for n in range(width + 1)] if len(known) > width else []
-    shown = [max(known[a:b]) for a, b in zip(edges, edges[1:], strict=False)] or known
+    shown = [max(known[a:b]) for a, b in pairwise(edges)] or known
     lo, hi = (0.0 if empty else min(shown)), max(shown)
     steps = [round((len(_BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
     drawn = "".join(" " if empty and v == 0.0 else _BLOCKS[n] for n, v in zip(steps, shown, strict=True))

@@ -1,7 +1,5 @@
 """What must be seen on the first screen: serials that are whole, the room used, what to do where there is nothing."""
 
-from collections.abc import Iterator
-
 import pytest
 from textual.pilot import Pilot
 
@@ -37,14 +35,14 @@ def measure(bench: Workbench, serial: str, count: int, held: str = "") -> None:
 
 
 @pytest.fixture
-def units() -> Iterator[None]:
+def units() -> None:
     bench = loader()()
     for n in range(8):
         measure(bench, f"APA-{n:02d}", 4 if n == 0 else n % 3)
     measure(bench, "APA-21", 2, "flexure cracked")
     measure(bench, LONG, 1)
     bench.store.close()
-    yield
+    return
 
 
 def seen(pilot: Pilot[None]) -> list[str]:
