@@ -120,8 +120,8 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
 
 
 def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
-    """Return a finding in two lines, its value on a third where there is no room, and one more with its reason if it
-    has one. usual: its value at other units; room: columns."""
+    """Return a finding with its bar, and its reason in a line of its own. usual: its value at other units; room:
+    columns."""
     status, value = of_findings([f]), "" if f.value is None else _value(f)
     colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
     text = Text(head, colour)

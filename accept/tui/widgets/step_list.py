@@ -73,8 +73,11 @@ class StepList(DataTable[Text]):
             done += status not in UNFINISHED
         if self._session.gap.responses is not None:
             found = self._session.gap.found  # it has no verdict, but a mark all the same
-            word = () if found is None else (signs.GAP[str(found["verdict"])].word,)
-            self._put(GAP, Status.NOT_DONE if found is None else Status.TAKEN, GAP_ROW, word)
+            if found is None:
+                self._put(GAP, Status.NOT_DONE, GAP_ROW, ())
+            else:
+                word = signs.GAP[str(found["verdict"])].word
+                self._put(GAP, Status.TAKEN, "Gap", (word, word.replace("possible ", "")))
         entitle(self, *(("Steps", f"{done} of {len(self._session.steps)}") if self._room() else ("",)))
 
     def _put(self, row: str, status: Status, title: str, more: Sequence[str], held: bool = False) -> None:
