@@ -566,7 +566,7 @@ async def test_a_judgement_during_which_a_value_was_entered_is_not_kept():
         assert session.judgements.of_step("capacitance") is None
 
 
-@pytest.mark.parametrize(("size", "who"), [(NARROW, "Annemar…"), ((100, 30), "Annemarie Müller")])
+@pytest.mark.parametrize(("size", "who"), [(NARROW, "Annemari…"), ((100, 30), "Annemarie Müller")])
 async def test_serial_and_time_of_a_unit_stand_whole_and_a_name_as_far_as_there_is_room(size, who: str, monkeypatch):
     monkeypatch.setattr(units_table, "since_words", lambda *_: "26 Nov 26"[:8])
     serial = f"APA-2026-{'8' * 20}"
