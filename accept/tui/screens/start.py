@@ -20,12 +20,12 @@ from textual.worker import get_current_worker
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine, required, which_unit
-from accept.tui.widgets.bench_cards import WIDTH, bench_line, counts_line, queue_row, week_text
+from accept.tui.widgets.bench.cards import WIDTH, bench_line, counts_line, queue_row, week_text
+from accept.tui.widgets.bench.chips import Chips
+from accept.tui.widgets.bench.units_table import PointedTable, UnitCard, UnitsTable
 from accept.tui.widgets.card import Card, entitle, put
-from accept.tui.widgets.chips import Chips
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.text_entry import TextEntry
-from accept.tui.widgets.units_table import PointedTable, UnitCard, UnitsTable
 from accept.workflow.dialogue import start as dialogue
 from accept.workflow.dialogue import units
 from accept.workflow.dialogue.begin import Begun, LookForPassphrase, LookUp

@@ -22,7 +22,7 @@ from accept.store.payloads import NotedFile, StepNoted, without_hashes
 from accept.tui.screens import steps as steps_screen
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.start import Given
-from accept.tui.widgets import units_table
+from accept.tui.widgets.bench import units_table
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList

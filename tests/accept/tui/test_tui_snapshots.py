@@ -21,7 +21,7 @@ from accept.store.payloads import StepJudged
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens import start
 from accept.tui.screens import step as step_screen
-from accept.tui.widgets import units_table
+from accept.tui.widgets.bench import units_table
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.effects import serve_begin

@@ -3,7 +3,7 @@
 import pytest
 from textual.pilot import Pilot
 
-from accept.tui.widgets.units_table import UnitsTable
+from accept.tui.widgets.bench.units_table import UnitsTable
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.worker.judging import judge_step, judge_whole_unit

@@ -63,8 +63,8 @@ class PointedTable(DataTable[Text]):
 
 
 class UnitsTable(PointedTable):
-    """A row per unit: serial, kind, a mark per step, where it stands, who acted last, and when; the last entry where
-    there is room. The serial is never cut, state and name fill the rest."""
+    """A row per unit: serial, kind, a mark per step, state, who acted last and when; on a wide terminal also the last
+    entry. The serial is never cut."""
 
     def __init__(self, id: str) -> None:
         super().__init__(id=id)
