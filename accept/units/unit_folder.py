@@ -1,15 +1,18 @@
 """Reads `unit.toml` of a unit folder, strictly, as the checks declare. `LoadedUnit` reads the files it names."""
 
 import difflib
+import errno
 import hashlib
+import os
+import stat
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
 from socket import gethostname
-from typing import Any
+from typing import Any, TypeVar
 
 from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.documents.results import UnitHeader
@@ -28,6 +31,7 @@ from specs.files import read_bounded
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
+T = TypeVar("T")
 MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
 
 
@@ -72,7 +76,7 @@ class UnitFolder:
 
     def input_hashes(self) -> dict[str, str]:
         """Return file name -> sha256 of `unit.toml` and of every readable named file."""
-        found = {name: _hash(self.path, name) for name in self.files}
+        found = {name: read_named(self.path, name, file_hash) for name in self.files}
         return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
 
@@ -90,9 +94,9 @@ def find(path: Path) -> list[Path]:
 
 def read(folder: Path, latest: date | None = None) -> UnitFolder:
     """Return the unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory
-    east of this clock. Raises UnitError with every problem of `unit.toml` and of the file sizes; no file is opened."""
+    east of this clock. Raises UnitError with every problem of `unit.toml` and of its files; none of these is opened."""
     path = folder / UNIT_FILE
-    whole = str(folder.resolve())
+    whole = os.path.realpath(folder)  # of links in a circle too
     if (shown := as_utf8(whole)) != whole:
         raise UnitError(Path(shown), ["the path is not UTF-8, so no store can hold it; give the folder another name"])
     if not folder.is_dir():
@@ -113,19 +117,20 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
         for name, day in unit.measured.items()
         if day < EARLIEST
     ]
-    if wrong := wrong + _too_large(unit):
+    if wrong := [*wrong, *_unreadable(unit)]:
         raise UnitError(path, wrong)
     return unit
 
 
-def _too_large(unit: UnitFolder) -> list[str]:
-    """Return the problems of files larger than any record: hashing them would take hours."""
-    found = []
+def _unreadable(unit: UnitFolder) -> Iterator[str]:
+    """Yield the problems of what stands in the place of each named file."""
     for name in unit.files:
-        with suppress(OSError, ValueError):
-            if (size := _as_stored(unit.path, name).stat().st_size) > DEFAULT_LIMITS.max_bytes:
-                found.append(f"{name} has {size} bytes, at most {DEFAULT_LIMITS.max_bytes} are read")
-    return found
+        try:
+            inside(unit.path, name)
+        except UnitError as e:
+            yield from e.problems
+        except RecordError:
+            pass  # said with the findings, here as elsewhere
 
 
 def _read_text(path: Path) -> bytes:
@@ -206,20 +211,60 @@ def _form_of(check: Check, keys: set[str]) -> Form | None:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """Return path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its
-    unit."""
+    """Return path of a named file, which need not be there. Raises RecordError for a name that is no file of the unit
+    on any machine: evidence travels with its unit; UnitError when what is there is no readable file within the unit:
+    a certificate would be judged again without it, with another reason."""
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
     path = _as_stored(folder, name)
     try:
-        path.is_file()  # a name too long for any file is no file of the unit, on every system
-        within = path.resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError) as e:  # RuntimeError: links that lead in a circle
-        told = e.strerror if isinstance(e, OSError) else "its links lead in a circle"
-        raise RecordError(f"{name[:60]}: cannot be a file of the unit: {told}") from e
-    if not within or ".." in path.relative_to(folder).parts:  # the folder may be moved, its name is no part of the unit
-        raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
+        os.lstat(path)
+        fault = _fault_of(path, folder)
+    except (FileNotFoundError, NotADirectoryError):
+        return path
+    except OSError as e:
+        if e.errno == errno.ENAMETOOLONG:
+            raise RecordError(f"{name[:60]}: cannot be a file of the unit: {e.strerror}") from e
+        fault = f"cannot be read: {e.strerror}"
+    if fault:
+        raise UnitError(folder / UNIT_FILE, [f"{name} {fault}; put a readable file there, or take its line out"])
     return path
+
+
+def _fault_of(path: Path, folder: Path) -> str:
+    """Return why what stands in the place of a file cannot be read as one, "" if it can. Raises OSError."""
+    try:
+        real = Path(os.path.realpath(path, strict=True))
+    except FileNotFoundError:
+        return "is a link to a file that is not there"
+    except OSError as e:
+        if e.errno == errno.ELOOP:
+            return "is a link that leads in a circle"
+        raise
+    found = real.stat()
+    if not stat.S_ISREG(found.st_mode):
+        return f"is a {'folder' if stat.S_ISDIR(found.st_mode) else 'pipe or a device'}, expected a file"
+    if not real.is_relative_to(os.path.realpath(folder)):
+        return "is a link that leads outside the unit folder"
+    if found.st_size > DEFAULT_LIMITS.max_bytes:
+        return f"has {found.st_size} bytes, at most {DEFAULT_LIMITS.max_bytes} are read"
+    return "" if os.access(path, os.R_OK) else f"cannot be read: {os.strerror(errno.EACCES)}"
+
+
+def read_named(folder: Path, name: str, read: Callable[[Path], T]) -> T | None:
+    """Return what `read` makes of a named file, None if it is not there or its name is refused with the findings. Raises
+    UnitError if it cannot be read."""
+    try:
+        path = inside(folder, name)
+    except RecordError:
+        return None
+    try:
+        return read(path) if path.exists() else None
+    except (OSError, RecordError) as e:
+        told = str(e) if isinstance(e, RecordError) else f"{name} cannot be read: {e.strerror}"
+        raise UnitError(folder / UNIT_FILE, [told]) from e
 
 
 def _as_stored(folder: Path, name: str) -> Path:
@@ -230,14 +275,6 @@ def _as_stored(folder: Path, name: str) -> Path:
             same = unicodedata.normalize("NFC", path.name)
             return next((p for p in path.parent.iterdir() if unicodedata.normalize("NFC", p.name) == same), path)
     return path
-
-
-def _hash(folder: Path, name: str) -> str | None:
-    try:
-        path = inside(folder, name)
-        return file_hash(path) if path.is_file() else None  # opening a pipe would wait for ever
-    except (OSError, RecordError, ValueError):
-        return None
 
 
 def file_hash(path: Path) -> str:
