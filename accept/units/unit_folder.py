@@ -254,8 +254,8 @@ def _fault_of(path: Path, folder: Path) -> str:
 
 
 def read_named(folder: Path, name: str, read: Callable[[Path], T]) -> T | None:
-    """Return what `read` makes of a named file, None if it is not there or its name is refused with the findings. Raises
-    UnitError if it cannot be read."""
+    """Return what `read` makes of a named file, None if it is not there or its name is refused with the findings.
+    Raises UnitError if it cannot be read."""
     try:
         path = inside(folder, name)
     except RecordError:
