@@ -86,7 +86,8 @@ def find(path: Path) -> list[Path]:
         raise UnitError(path, ["does not exist; a unit folder or a parent of unit folders was expected"])
     if not path.is_dir():
         raise UnitError(path, ["is a file; a unit folder or a parent of unit folders was expected"])
-    folders = sorted(p.parent for p in path.rglob(UNIT_FILE))
+    # Not by `rglob`: a `unit.toml` that is a link to nothing would be left out without a word.
+    folders = sorted(Path(place) for place, inner, files in os.walk(path) if UNIT_FILE in (*inner, *files))
     if not folders:
         raise UnitError(path, [f"holds no {UNIT_FILE}, neither itself nor in any folder below"])
     return folders

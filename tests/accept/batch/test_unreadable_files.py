@@ -86,6 +86,14 @@ def test_the_other_units_of_a_batch_are_judged(tmp_path: Path) -> None:
     assert "is a link that leads in a circle" in found["refused"][0]["reason"]
 
 
+def test_a_unit_file_that_leads_nowhere_is_not_left_out(tmp_path: Path) -> None:
+    for name, target in (("A", "gone"), ("B", "unit.toml")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "unit.toml").symlink_to(target)
+    make_unit(tmp_path / "C")
+    assert [folder.name for folder in unit_folder.find(tmp_path)] == ["A", "B", "C"]
+
+
 def test_a_folder_that_is_a_link_to_itself(tmp_path: Path) -> None:
     (tmp_path / "T-01").symlink_to("T-01")
     for command in ("report", "batch"):
