@@ -32,6 +32,8 @@ NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
 OPAQUE = 17  # a class, see above
 WIDE = (4, 17)  # types of characters of two bytes
 DEEPEST = 8  # structures within structures
+MOST_PARTS = 200_000  # of one variable: a compressed file holds a hundred empty ones in a byte
+MOST_LETTERS = 1_000_000  # of one text
 LOGICAL, COMPLEX = 0x02, 0x08  # flags of an array ([MATFILE])
 HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
 UNPACKED_AT_ONCE = 1_000_000  # bytes
@@ -127,6 +129,11 @@ class ArrayHeader:
     kind: str
     data_at: int
 
+    @property
+    def is_short(self) -> bool:
+        """Return whether it can be a name, a unit or a time, if it is text."""
+        return math.prod(self.shape) <= MOST_LETTERS
+
     def variable(self, file: str, data: Callable[[], bytes], end: int, order: str) -> Variable:
         """Return the variable; data: its bytes up to `end`, unpacked only if they are wanted."""
 
@@ -135,12 +142,12 @@ class ArrayHeader:
             if end - self.data_at > most:
                 size = f"unpacks to {end - self.data_at} bytes; at most {most} are read"
                 raise RecordError(f"{file}: variable '{self.name}' {size}")
-            return _content(file, data(), self, end, order)
+            return _content(file, data(), self, end, order, [MOST_PARTS])
 
         load = text = None
         if self.kind in NUMBERS:
             load = lambda: _numbers(file, data(), self, end, order)  # noqa: E731
-        if self.kind == "char":
+        if self.kind == "char" and self.is_short:
             text = lambda: _characters(data(), self.data_at, self.shape, order)  # noqa: E731
         return Variable(self.name, self.shape, self.kind, load, text=text, inner=inner, unpacked=end - self.data_at)
 
@@ -171,13 +178,14 @@ def _text(data: bytes, element: MatElement) -> str:
     return data[element.start : element.start + element.size].decode("latin-1")
 
 
-def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, depth: int = 0) -> Any:
+def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, left: list[int], depth: int = 0) -> Any:
     """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
-    in their shape. None for other kinds, such as complex numbers, objects and functions."""
+    in their shape. None for other kinds, such as complex numbers, objects and functions. left: [parts that may still be
+    read]. Raises RecordError beyond them."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":
-        return _characters(data, head.data_at, head.shape, order)
+        return _characters(data, head.data_at, head.shape, order) if head.is_short else None
     if head.kind not in NESTED or depth > DEEPEST:
         return None
     at, names, count = head.data_at, [""], math.prod(head.shape)
@@ -190,6 +198,10 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, de
         at = fields.after
     if count * len(names) * 8 > end - at:  # each has a tag of 8 bytes at least
         raise RecordError(f"{file}: '{head.name}' declares {count} elements, more than its bytes hold")
+    left[0] -= count * len(names)
+    if left[0] < 0 or len(set(names)) < len(names):
+        wrong = f"more than {MOST_PARTS} parts" if left[0] < 0 else "two fields of one name"
+        raise RecordError(f"{file}: a variable has {wrong}")
     found: list[Any] = []
     for _ in range(count * len(names)):
         element = _tag(data, at, order)
@@ -197,7 +209,7 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, de
         if element.kind != MATRIX or at > end:
             raise RecordError(f"{file}: a structure is damaged at byte {element.start}")
         inner = _head(file, data, element.start, order) if element.size else None
-        found.append(None if inner is None else _content(file, data, inner, at, order, depth + 1))
+        found.append(None if inner is None else _content(file, data, inner, at, order, left, depth + 1))
     if head.kind == "cell":
         return found
     structures = [dict(zip(names, found[i : i + len(names)], strict=True)) for i in range(0, len(found), len(names))]
