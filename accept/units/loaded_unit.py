@@ -149,8 +149,8 @@ class LoadedUnit:
     def _file(self, entry: FileEntry) -> Any:
         path = inside(self.folder.path, entry.name)
         known = self.hashes.get(entry.name)
-        if entry.name not in self._sources and not path.exists():  # said here, without the folder's own path: a
-            # certificate is judged again elsewhere
+        if entry.name not in self._sources and not path.exists():
+            # Said here, without the folder's own path: a certificate is judged again elsewhere.
             raise RecordError(f"{entry.name}: no such file in the unit folder")
         source = self._sources.get(entry.name) or load_bytes(path)
         if isinstance(entry.declared, CsvTable):

@@ -4,7 +4,6 @@ import difflib
 import errno
 import hashlib
 import os
-import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -27,10 +26,15 @@ from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import ProblemsError
-from specs.files import read_bounded
+from specs.files import read_bounded, vet_regular
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
+_FAULTS = {
+    errno.ENOENT: "is a link to a file that is not there",
+    errno.ELOOP: "is a link that leads in a circle",
+    errno.EACCES: "cannot be read: Permission denied",
+}
 T = TypeVar("T")
 MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
 
@@ -221,37 +225,21 @@ def inside(folder: Path, name: str) -> Path:
         raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
     path = _as_stored(folder, name)
     try:
-        os.lstat(path)
-        fault = _fault_of(path, folder)
-    except (FileNotFoundError, NotADirectoryError):
-        return path
+        real = os.path.realpath(path, strict=True)
+        vet_regular(os.stat(real), DEFAULT_LIMITS.max_bytes, path)
+        if not Path(real).is_relative_to(os.path.realpath(folder)):
+            raise OSError(errno.EXDEV, "is a link that leads outside the unit folder")
+        if not os.access(path, os.R_OK):
+            raise PermissionError(errno.EACCES, "")
     except OSError as e:
         if e.errno == errno.ENAMETOOLONG:
             raise RecordError(f"{name[:60]}: cannot be a file of the unit: {e.strerror}") from e
-        fault = f"cannot be read: {e.strerror}"
-    if fault:
-        raise UnitError(folder / UNIT_FILE, [f"{name} {fault}; put a readable file there, or take its line out"])
+        if e.errno in (errno.ENOENT, errno.ENOTDIR) and not path.is_symlink():
+            return path
+        told = _FAULTS.get(e.errno or 0, e.strerror)
+        words = f"{name} {told}; put a readable file there, or take its line out"
+        raise UnitError(folder / UNIT_FILE, [words]) from e
     return path
-
-
-def _fault_of(path: Path, folder: Path) -> str:
-    """Return why what stands in the place of a file cannot be read as one, "" if it can. Raises OSError."""
-    try:
-        real = Path(os.path.realpath(path, strict=True))
-    except FileNotFoundError:
-        return "is a link to a file that is not there"
-    except OSError as e:
-        if e.errno == errno.ELOOP:
-            return "is a link that leads in a circle"
-        raise
-    found = real.stat()
-    if not stat.S_ISREG(found.st_mode):
-        return f"is a {'folder' if stat.S_ISDIR(found.st_mode) else 'pipe or a device'}, expected a file"
-    if not real.is_relative_to(os.path.realpath(folder)):
-        return "is a link that leads outside the unit folder"
-    if found.st_size > DEFAULT_LIMITS.max_bytes:
-        return f"has {found.st_size} bytes, at most {DEFAULT_LIMITS.max_bytes} are read"
-    return "" if os.access(path, os.R_OK) else f"cannot be read: {os.strerror(errno.EACCES)}"
 
 
 def read_named(folder: Path, name: str, read: Callable[[Path], T]) -> T | None:
@@ -264,8 +252,7 @@ def read_named(folder: Path, name: str, read: Callable[[Path], T]) -> T | None:
     try:
         return read(path) if path.exists() else None
     except (OSError, RecordError) as e:
-        told = str(e) if isinstance(e, RecordError) else f"{name} cannot be read: {e.strerror}"
-        raise UnitError(folder / UNIT_FILE, [told]) from e
+        raise UnitError(folder / UNIT_FILE, [f"{name}: {e}"]) from e
 
 
 def _as_stored(folder: Path, name: str) -> Path:

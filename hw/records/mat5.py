@@ -129,11 +129,6 @@ class ArrayHeader:
     kind: str
     data_at: int
 
-    @property
-    def is_short(self) -> bool:
-        """Return whether it can be a name, a unit or a time, if it is text."""
-        return math.prod(self.shape) <= MOST_LETTERS
-
     def variable(self, file: str, data: Callable[[], bytes], end: int, order: str) -> Variable:
         """Return the variable; data: its bytes up to `end`, unpacked only if they are wanted."""
 
@@ -147,7 +142,7 @@ class ArrayHeader:
         load = text = None
         if self.kind in NUMBERS:
             load = lambda: _numbers(file, data(), self, end, order)  # noqa: E731
-        if self.kind == "char" and self.is_short:
+        if self.kind == "char":
             text = lambda: _characters(data(), self.data_at, self.shape, order)  # noqa: E731
         return Variable(self.name, self.shape, self.kind, load, text=text, inner=inner, unpacked=end - self.data_at)
 
@@ -163,7 +158,9 @@ def _head(file: str, data: bytes, start: int, order: str) -> ArrayHeader:
     if len(shape) < 2 or min(shape) < 0:
         raise RecordError(f"{file}: the variable at byte {start} declares the dimensions {shape}")
     name = _tag(data, dims.after, order)
-    return ArrayHeader(_text(data, name), shape, _kind(number, bits), name.after)
+    kind = _kind(number, bits)
+    long = kind == "char" and math.prod(shape) > MOST_LETTERS  # no name, no unit and no time: it is not read
+    return ArrayHeader(_text(data, name), shape, "long text" if long else kind, name.after)
 
 
 def _kind(number: int, bits: int) -> str:
@@ -185,7 +182,7 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, le
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":
-        return _characters(data, head.data_at, head.shape, order) if head.is_short else None
+        return _characters(data, head.data_at, head.shape, order)
     if head.kind not in NESTED or depth > DEEPEST:
         return None
     at, names, count = head.data_at, [""], math.prod(head.shape)
@@ -196,12 +193,11 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, le
         words = data[fields.start : fields.start + fields.size]
         names = [words[i : i + wide].split(b"\0")[0].decode("latin-1") for i in range(0, len(words), wide)]
         at = fields.after
-    if count * len(names) * 8 > end - at:  # each has a tag of 8 bytes at least
-        raise RecordError(f"{file}: '{head.name}' declares {count} elements, more than its bytes hold")
     left[0] -= count * len(names)
-    if left[0] < 0 or len(set(names)) < len(names):
-        wrong = f"more than {MOST_PARTS} parts" if left[0] < 0 else "two fields of one name"
-        raise RecordError(f"{file}: a variable has {wrong}")
+    if left[0] < 0:
+        raise RecordError(f"{file}: a variable has more than {MOST_PARTS} parts")
+    if len(set(names)) < len(names):
+        raise RecordError(f"{file}: a structure has two fields of one name")
     found: list[Any] = []
     for _ in range(count * len(names)):
         element = _tag(data, at, order)
