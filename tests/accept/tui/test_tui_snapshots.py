@@ -17,6 +17,8 @@ from textual.widgets import DataTable, Input
 
 from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens import step as step_screen
 from accept.tui.screens import units
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
@@ -33,8 +35,8 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     shown,
+    title,
     type_line,
-    words,
 )
 from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
@@ -52,6 +54,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(units, "when_words", lambda _: "Mon 14:10")
+    monkeypatch.setattr(step_screen, "age_words", lambda _: "12 s ago")
+    monkeypatch.setattr(Working, "tell", lambda *_: None)  # words with the time that go by themselves
     monkeypatch.setenv("COLORTERM", "truecolor")  # few colours are shown in another way
     monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
     time.tzset()
@@ -170,7 +174,7 @@ async def flatness(pilot: Pilot[None]) -> None:
 
 async def values(pilot: Pilot[None]) -> None:
     await go_to(pilot, "capacitance")
-    await shown(pilot, "#gauge", "4.95 uF")
+    await shown(pilot, "#gauge", "4.95 µF")
     look(pilot, "live_value")
     refused = pilot.app.focused
     await type_line(pilot, "4.99 V")
@@ -228,7 +232,7 @@ async def test_without_colour_every_state_has_its_mark(monkeypatch: pytest.Monke
         marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")).strip() for row in ROWS]
         assert marks == ["?", "✗", "·", "○"]
         await go_to(pilot, "misalignment")
-        assert "✗ fail" in words(pilot, "#head")
+        assert "✗ fail" in title(pilot)
         colours = set(re.findall(r"(?:fill|color): ?(#[0-9a-f]{6})", pilot.app.export_screenshot()))
         inside = {c for c in colours if len({c[1:3], c[3:5], c[5:7]}) > 1}
         assert inside <= WINDOW  # grey but for the frame that the picture itself has
