@@ -23,8 +23,6 @@ def take_in(
 ) -> tuple[str, str]:
     """Copy a record into the folder; return its name there and its sha256. If another file has that name, the new one
     gets a number. channels: our name -> source in the file. Raises RecordError if it is not as declared, OSError."""
-    if not source.is_file():
-        raise RecordError(f"{source.name or source}: no such file")
     _readable(source, declared, channels)
     return copy_in(source, folder, records.DEFAULT_LIMITS.max_bytes)
 
