@@ -5,19 +5,18 @@ calibrated parameters are one without a fit of its own."""
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
 
-from checks.gap.decision.gates import SMALL_BESIDE, Claim
+from checks.gap.decision.evidence import SMALL_BESIDE
+from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Alternative, Explanation
 
 OTHER_VALUES = "other values of"
-M = TypeVar("M", bound=Member, covariant=True)
 
 
 def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> float:
@@ -30,22 +29,14 @@ def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> f
 
 
 @dataclass(frozen=True, eq=False)
-class Alternative(Generic[M]):
-    """A member of a class, and the whole explanation with it."""
-
-    member: M
-    whole: Candidate
-
-
-@dataclass(frozen=True, eq=False)
 class Alternatives:
     """claim: the best; rivals: all that cannot be distinguished; fitted: other adequate explanations, with rivals among
     them; whole: the explanation with the claim."""
 
     claim: Claim
     rivals: Sequence[Ambiguous]
-    fitted: Sequence[Candidate]
-    whole: Candidate
+    fitted: Sequence[Explanation]
+    whole: Explanation
 
     @cached_property
     def names(self) -> tuple[str, ...]:

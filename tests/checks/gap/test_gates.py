@@ -11,12 +11,13 @@ from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.build_result import _too_weak, _without
-from checks.gap.decision.gates import BEYOND_CHANCE, Claim, is_small_beside, matters_without_band
+from checks.gap.decision.evidence import BEYOND_CHANCE, is_small_beside, matters_without_band
+from checks.gap.decision.gates import Claim
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import Adequacy, ExcessBand
 from tests.checks.gap.shared.gap_cases import drawn, recorded
@@ -108,7 +109,7 @@ def test_a_pull_is_of_a_parameter_that_the_data_alone_tell() -> None:
         information = J @ J.T + others.T @ others
         if np.sqrt(np.linalg.inv(information)[k, k]) < PULLED_SD:
             told.add(own.name)
-    pulls = set(Candidate(response, at, 0.0, data, THRESHOLDS).seen.pulls)
+    pulls = set(Explanation(response, at, 0.0, data, THRESHOLDS).seen.pulls)
     assert pulls == told
     assert told
     assert told < {p.name for p in bounded}  # some modes of the shell lie far above the band
@@ -141,7 +142,7 @@ def test_without_it_the_rest_is_fitted_again_and_keeps_its_rivals() -> None:
     search = Search(A, B, (), THRESHOLDS, lambda _: None)
     plain = Augmented(model)
 
-    def of(**effects: dict[str, float]) -> Candidate:
+    def of(**effects: dict[str, float]) -> Explanation:
         response = Augmented(model, tuple(effect_named(name) for name in effects))
         at = {f"{name}.{p}": v for name, own in effects.items() for p, v in own.items()}
         return search.begin(response, {**response.own_values(at)})
