@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Problem, possible_faults, with_fault
 from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search
@@ -32,7 +33,7 @@ def calibrate(search: Search, problem: Problem) -> Explanation:
     """Return the base model fitted to A, with the more likely form of damping. A unit has the misalignment that its
     batch has in common or, if that agrees with no values, one within the scatter of the batch."""
     width = _level_dependence(problem)
-    members: tuple[Member, ...] = (levels(problem.inputs.merge_Hz, width),) if width else ()
+    members: tuple[Effect, ...] = (levels(problem.inputs.merge_Hz, width),) if width else ()
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = problem.inputs.model
     of_batch = {n for n in (given.joint.names if given.joint else ()) if n.startswith("misalignment.")}

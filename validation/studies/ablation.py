@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 from accept.gap.analyse_unit import run_gap
 from checks.gap.decision import build_result, gates, never_worse
-from checks.gap.decision.evidence import Evidence
+from checks.gap.decision.evidence import NameEvidence
 from validation.cases import Case
 from validation.methods.call import Method
 from validation.scoring.scores import Outcome
@@ -63,7 +63,7 @@ def recorded(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mappi
     alone: set[str] = set()
     reasons_of, withdraw_harmful = gates.failed_reasons, never_worse.withdraw_harmful
 
-    def noted(evidence: Evidence) -> tuple[str, ...]:
+    def noted(evidence: NameEvidence) -> tuple[str, ...]:
         failed = [g.name for g in gates.gates_of(evidence) if not g.test(evidence)]
         alone.update(failed if len(failed) == 1 else (), [EVERY] if failed else ())
         return reasons_of(evidence)

@@ -10,7 +10,6 @@ from checks.gap.decision.evidence import SMALL_BESIDE
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.thresholds import Thresholds
@@ -19,7 +18,7 @@ from checks.gap.search.explanation import Alternative, Explanation
 OTHER_VALUES = "other values of"
 
 
-def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> float:
+def needed_apart(claim: Claim, others: Iterable[Effect], table: Thresholds) -> float:
     """Return the difference in twice the log-likelihood from which on an explanation with other members is worse than
     one with a claim's effect. Places of elements of one kind are distinguished by a model that is right to its
     tolerance only, and small differences of large gains are beyond that."""

@@ -10,7 +10,7 @@ from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
-from checks.gap.modelling.augmented import Augmented, Member, Values
+from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
@@ -46,7 +46,7 @@ class ActingCells:
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class NameEvidence:
     """result: of the search; full: its best explanation fitted to all bins or, beside a disagreement, as the search
     left it; final: the fit to all bins; slow: the slow sines."""
 
@@ -267,7 +267,7 @@ def _log(Q: Array) -> Array:
     return np.log(np.maximum(Q, 1.0))
 
 
-def chance_of_gain(gain: float, member: Member) -> float:
+def chance_of_gain(gain: float, member: Effect) -> float:
     """Return the chance of a gain in log-likelihood by one of the places that a search looks at."""
     return float(min(1.0, LOOKED * stats.chi2.sf(2.0 * max(gain, 0.0), max(1, len(member.parameters)))))
 

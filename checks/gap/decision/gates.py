@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.evidence import AT_LEAST, Evidence, chance_of_gain
+from checks.gap.decision.evidence import AT_LEAST, NameEvidence, chance_of_gain
 from checks.gap.decision.result import Ambiguous
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import sharpest
@@ -51,7 +51,7 @@ class Gate:
 
     name: str
     reason: str
-    test: Callable[[Evidence], bool]
+    test: Callable[[NameEvidence], bool]
     _: KW_ONLY
     after: str = ""
     beside: bool | None = None
@@ -158,12 +158,12 @@ GATES: tuple[Gate, ...] = (
 )
 
 
-def gates_of(evidence: Evidence) -> list[Gate]:
+def gates_of(evidence: NameEvidence) -> list[Gate]:
     """Return the gates that judge the explanation of an evidence."""
     return [gate for gate in GATES if gate.beside in (None, evidence.best.beside)]
 
 
-def failed_reasons(evidence: Evidence) -> tuple[str, ...]:
+def failed_reasons(evidence: NameEvidence) -> tuple[str, ...]:
     """Return the reasons of the gates that fail, in order."""
     failed: set[str] = set()
     reasons = []
@@ -189,7 +189,7 @@ def judge_claims(
         search = replace(search, effort=Effort())  # a few fits, whatever the search has spent
     steps = {step.member.name: step for step in result.steps}
     for effect in result.best.response.effects:
-        evidence = Evidence(effect, search, result, result.best if beside else full, final, slow)
+        evidence = NameEvidence(effect, search, result, result.best if beside else full, final, slow)
         reasons = failed_reasons(evidence)
         if beside and not reasons:
             alike, reasons = _compare_rivals(evidence, steps[effect.name])
@@ -203,7 +203,7 @@ def judge_claims(
     return tuple(claims), tuple(rivals)
 
 
-def _compare_rivals(evidence: Evidence, step: ExplainingStep) -> tuple[list[Effect], tuple[str, ...]]:
+def _compare_rivals(evidence: NameEvidence, step: ExplainingStep) -> tuple[list[Effect], tuple[str, ...]]:
     """Return the effects that do as well in the place of one, and why a member that does better takes its name."""
     best = evidence.best
     near = [
@@ -213,8 +213,8 @@ def _compare_rivals(evidence: Evidence, step: ExplainingStep) -> tuple[list[Effe
     if evidence.effect.rivals_elements:
         tried += add_elements(evidence.search, evidence.without)
     better = [t for t in tried if t.whole.score > best.score]
-    alike = [t.member for t in tried if t.whole.score > best.score - STAND_IN and isinstance(t.member, Effect)]
-    return alike, tuple(f"explains less than {t.member.label}" for t in better if not isinstance(t.member, Effect))
+    alike = [t.member for t in tried if t.whole.score > best.score - STAND_IN and not t.member.stands_in]
+    return alike, tuple(f"explains less than {t.member.label}" for t in better if t.member.stands_in)
 
 
 def _refused_with_others(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:

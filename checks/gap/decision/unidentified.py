@@ -12,7 +12,7 @@ from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Nameless
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import MODE, on_channel
 from checks.gap.search.explanation import Explanation
 from checks.gap.search.screen import screen
 from checks.quantity import TWO_SIDED_95
@@ -75,7 +75,7 @@ def static_bend(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
 
 def _from_window(full: Explanation, channel: str, level: bool) -> Nameless:
     """Return the pole, with its interval, and the zero of a mode that would explain most of a channel's residual."""
-    mode, seen = UnmodelledMode(MODE, channel), full.seen
+    mode, seen = on_channel(MODE, channel), full.seen
     start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
     data, c = seen.data, seen.data.channels.index(channel)
     names = [p.name for p in mode.parameters]
@@ -84,7 +84,7 @@ def _from_window(full: Explanation, channel: str, level: bool) -> Nameless:
 
     def left(x: Array) -> Array:
         change = np.zeros_like(data.H)
-        change[:, c] = seen.modelled[:, c] * (mode.factor(dict(zip(names, x, strict=True)), s) - 1.0)
+        change[:, c] = seen.modelled[:, c] * (mode.shape.factor(dict(zip(names, x, strict=True)), s) - 1.0)
         return np.asarray(seen.left - seen.rows(change))
 
     x = np.clip([start[n] for n in names], lo * (1 + 1e-9), hi * (1 - 1e-9))

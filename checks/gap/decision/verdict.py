@@ -24,9 +24,6 @@ from checks.gap.preparation.record_faults import RecordFault
 from checks.model.model import Model
 from checks.quantity import TWO_SIDED_95
 
-OF_BENCH = "losses of the bench"
-LOPSIDED = "a lopsided APA"
-
 
 def named_effects(
     claims: Sequence[Claim],

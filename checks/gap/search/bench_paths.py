@@ -11,7 +11,6 @@ from itertools import combinations
 import numpy as np
 
 from checks.arrays import Array
-from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import add_one, settle_if_held
@@ -47,7 +46,7 @@ class OnBench:
     def is_needed(self, search: Search) -> bool:
         """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
         which no single effect would be complete."""
-        lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
+        lagging = tuple(m for m in search.library if m.lags)
         largest = max((a.whole.lnL - self.without.lnL for a in add_one(search, self.without, lagging)), default=0.0)
         return self.gain > largest + 0.5 * search.table.two_delta_lnL
 
@@ -79,7 +78,7 @@ def with_bench_paths(search: Search, bench: OnBench) -> Explanation:
 def without_lags(search: Search) -> Search:
     """Return the same search without the lags of the library: beside the paths of a bench, only the priors of the paths
     would favour the name of a lag."""
-    return replace(search, library=tuple(m for m in search.library if not (isinstance(m, Effect) and m.lags)))
+    return replace(search, library=tuple(m for m in search.library if not m.lags))
 
 
 def in_words(search: Search, found: SearchResult) -> SearchResult | None:
@@ -94,7 +93,7 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     paths = best.response.paths
     response = best.response.without(*(m.name for m in paths))
     bare = search.begin(response, {n: v for n, v in best.at.items() if not n.startswith("unnamed_path")})
-    lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
+    lagging = tuple(m for m in search.library if m.lags)
     named = explain(replace(search, library=lagging), bare, TWO_NAMES, 1)
     if not named.is_named:
         return None

@@ -16,7 +16,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.descent import descend
 from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
@@ -73,7 +73,7 @@ class Search:
 
     A: Dataset
     B: Dataset
-    library: tuple[Member, ...]
+    library: tuple[Effect, ...]
     table: Thresholds
     say: Say
     effort: Effort = field(default_factory=Effort)
@@ -269,7 +269,7 @@ class Search:
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
     def begun_with(
-        self, base: Explanation, member: Member, values: Mapping[str, float], steps: int
+        self, base: Explanation, member: Effect, values: Mapping[str, float], steps: int
     ) -> Explanation | None:
         """Return an explanation with one more member, begun at values of its own beside those that are there (what it
         stands for returns to its prior), the scatter held; None if the strut is not held there."""
@@ -290,7 +290,7 @@ class Search:
         off, only this start succeeds. All parameters are free, because modes that are held on the way lead
         elsewhere."""
         response, member = base.response.with_member(score.member), score.member
-        if not isinstance(member, Effect):
+        if member.stands_in:
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
@@ -321,7 +321,7 @@ class Search:
                     return self.prune(simpler)
         return c
 
-    def with_parts(self, c: Explanation, member: Member, parts: Sequence[GenericElement]) -> Iterator[Explanation]:
+    def with_parts(self, c: Explanation, member: Effect, parts: Sequence[GenericElement]) -> Iterator[Explanation]:
         """Yield a candidate with one part of an element's dynamic stiffness at a time in its place."""
         less, own = c.without(member.name), c.of(member.name)
         for part in parts:
@@ -338,10 +338,10 @@ class Search:
         for member in c.response.counted:
             less = self._replacing(c, member)
             on_A = less.on(self.A).seen
-            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
+            absent = [m for m in self.library if not m.stands_in and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
-            if not isinstance(member, Effect) or member.rivals_elements:
+            if member.rivals_elements:
                 scores += self._elements_like(Places(on_A), c)
             out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
@@ -367,7 +367,7 @@ class Search:
         absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
         return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
 
-    def _replacing(self, c: Explanation, member: Member) -> Explanation:
+    def _replacing(self, c: Explanation, member: Effect) -> Explanation:
         """Return a candidate without a member that another is to replace, at all its other values: what the member
         stands for keeps its value, because the model calibrates that without it."""
         less, implied = c.response.without(member.name), c.response.changes(c.at)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from checks.errors import ModelError
-from checks.gap.modelling.augmented import Augmented, Member, Values
+from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidates import Search
@@ -30,10 +30,10 @@ class ExplainingStep:
     """One more effect in an explanation beside its disagreement. before: without it; after: with it; rivals: other
     members in its place, the best first."""
 
-    member: Member
+    member: Effect
     before: Explanation
     after: Explanation
-    rivals: tuple[Alternative[Member], ...]
+    rivals: tuple[Alternative[Effect], ...]
 
     @property
     def gain(self) -> float:
@@ -50,7 +50,7 @@ def search_beside(search: Search, start: Explanation) -> tuple[ExplainingStep, .
     steps: list[ExplainingStep] = []
     while len(steps) < search.table.most_effects and not search.over:
         tried = add_one(search, state)
-        first = next((t for t in tried if isinstance(t.member, Effect)), None)
+        first = next((t for t in tried if not t.member.stands_in), None)
         if first is None:
             break
         step = ExplainingStep(first.member, state, first.whole, tuple(t for t in tried if t is not first))
@@ -61,12 +61,12 @@ def search_beside(search: Search, start: Explanation) -> tuple[ExplainingStep, .
     return tuple(steps)
 
 
-def required_gain(table: Thresholds, member: Member) -> float:
+def required_gain(table: Thresholds, member: Effect) -> float:
     """Return the gain that a member needs beside a disagreement: that of a name, plus the cost of its parameters."""
     return table.delta_lnL + PER_PARAMETER * (len(member.parameters) - 1)
 
 
-def add_one(search: Search, state: Explanation, among: Sequence[Member] = ()) -> list[Alternative[Member]]:
+def add_one(search: Search, state: Explanation, among: Sequence[Effect] = ()) -> list[Alternative[Effect]]:
     """Return members added to a state, each at its best beside the disagreement, by falling score; the few that look
     best in the screen. among: only these."""
     weighted = _weighted(search, state)
@@ -74,12 +74,12 @@ def add_one(search: Search, state: Explanation, among: Sequence[Member] = ()) ->
     absent = [m for m in among or search.library if m.name not in state.response.names]
     scores = sorted((screen(on_A, m) for m in absent), key=lambda s: -s.gain)
     search.failures.update({s.member.name: s.failure for s in scores if s.failure})
-    few = [s for s in scores if isinstance(s.member, Effect)][:EFFECTS_TRIED]
-    few += [s for s in scores if not isinstance(s.member, Effect)][:STAND_INS_TRIED]
+    few = [s for s in scores if not s.member.stands_in][:EFFECTS_TRIED]
+    few += [s for s in scores if s.member.stands_in][:STAND_INS_TRIED]
     return _fitted(search, weighted, state, few, LARGE)
 
 
-def add_elements(search: Search, state: Explanation) -> list[Alternative[Member]]:
+def add_elements(search: Search, state: Explanation) -> list[Alternative[Effect]]:
     """Return the generic elements that promise most added to a state, in the same way."""
     weighted = _weighted(search, state)
     scores = sorted(Places(state.on(weighted.A).seen).scores(), key=lambda s: -s.net)
@@ -88,15 +88,15 @@ def add_elements(search: Search, state: Explanation) -> list[Alternative[Member]
 
 def _fitted(
     search: Search, weighted: Search, state: Explanation, scores: Sequence[Score], large: float
-) -> list[Alternative[Member]]:
+) -> list[Alternative[Effect]]:
     """Return members added to a state and fitted, by falling score. weighted: the search with what the state leaves;
     large: gain from which on an effect is also fitted with the weights of what it leaves itself."""
-    out: list[Alternative[Member]] = []
+    out: list[Alternative[Effect]] = []
     for score in scores:
         if search.over:
             break
         fits = [_with_member(weighted, state, score.member, values) for values in score.starts]
-        if score.gain > large and isinstance(score.member, Effect):
+        if score.gain > large and not score.member.stands_in:
             fits += [_with_large(search, state, score.member, values) for values in score.starts]
         if held := [fit for fit in fits if fit is not None]:
             out.append(Alternative(score.member, max(held, key=lambda fit: fit.lnL)))
@@ -112,7 +112,7 @@ def _weighted(search: Search, c: Explanation) -> Search:
     return search.on(with_disagreement(search.A, c.on(search.A).residual))
 
 
-def _with_member(search: Search, state: Explanation, member: Member, values: Values) -> Explanation | None:
+def _with_member(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
     with suppress(ModelError):
@@ -121,7 +121,7 @@ def _with_member(search: Search, state: Explanation, member: Member, values: Val
     return None
 
 
-def _with_large(search: Search, state: Explanation, member: Member, values: Values) -> Explanation | None:
+def _with_large(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
     """Return a member added to a state and fitted with the weights of what it leaves at its own values; None if the
     strut is not held at them. Beside the disagreement without it, a large effect is hardly seen, and its fit stays
     where the disagreement hides the most."""

@@ -18,7 +18,7 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
 from checks.fitting.prior import prior_rows
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.statistics.adequacy import Adequacy, judge
@@ -29,7 +29,7 @@ POINT = 1.0  # of log-likelihood: what a coordinate of a free point gains by cha
 STAND_IN = 4.6  # of log-likelihood, a ratio of 100: beside a disagreement a filter must be better by so much
 GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 MATTERS = 1.0  # mean energy of a member on a channel, in units of chance, from which on it acts there
-M = TypeVar("M", bound=Member, covariant=True)
+M = TypeVar("M", bound=Effect, covariant=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,7 +131,7 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     for step in steps:
         near, less = step.after.score - RIVAL, last.without(step.member.name)
         for r in step.rivals:
-            if r.whole.score > near and isinstance(r.member, Effect) and r.member.name not in last.response.names:
+            if r.whole.score > near and not r.member.stands_in and r.member.name not in last.response.names:
                 at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
                 with suppress(ModelError):  # the strut is not held at such values: no rival
                     rivals.append(search.refit(less.response.with_member(r.member), at))

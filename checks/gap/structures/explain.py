@@ -16,7 +16,8 @@ from checks.gap.calibrate import correct_records
 from checks.gap.decision.build_result import fit_all_bins
 from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import HOLDER, PARTS, RESONATOR, GenericElement, element, family, is_across, kinds_at
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.modelling.unmodelled_modes import filters
@@ -144,7 +145,7 @@ def _are_of_their_kinds(c: Explanation) -> bool:
     return all(_is_of_its_kind(m, c) for m in c.response.members)
 
 
-def _is_of_its_kind(member: Member, c: Explanation) -> bool:
+def _is_of_its_kind(member: Effect, c: Explanation) -> bool:
     """Return whether a member has values that its kind can have: what swings does so within the band, nothing is taken
     away that was not there, and nothing comes before its cause. Others are signs of another class."""
     own, f = c.of(member.name), c.unseen.f

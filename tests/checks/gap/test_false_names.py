@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision.evidence import Evidence
+from checks.gap.decision.evidence import NameEvidence
 from checks.gap.decision.gates import GATES, Claim
 from checks.gap.decision.rivals import early_channels, rivals_by, scale_or_lopsided
 from checks.gap.effects import effect_named
@@ -133,9 +133,9 @@ def needless_alone(c: Explanation) -> bool:
     return evidence_of(c, effect.name).needless
 
 
-def evidence_of(c: Explanation, effect: str) -> Evidence:
+def evidence_of(c: Explanation, effect: str) -> NameEvidence:
     search = Search(c.unseen, c.unseen, (), THRESHOLDS, quiet)
-    return Evidence(effect_named(effect), search, SearchResult(c, c, (), ()), c, None, None)
+    return NameEvidence(effect_named(effect), search, SearchResult(c, c, (), ()), c, None, None)
 
 
 @pytest.mark.parametrize(
