@@ -25,7 +25,6 @@ from checks.gap.search.forward import SearchResult
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 LEFT_OF_CHANNEL = 0.2  # of a channel's G: an effect that leaves more of every channel is no cause of its gap
 FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
-NEAR = 15.0  # of score: rivals of its step that are compared once more beside everything else
 
 
 @dataclass(frozen=True)
@@ -206,9 +205,7 @@ def judge_claims(
 def _compare_rivals(evidence: NameEvidence, step: ExplainingStep) -> tuple[list[Effect], tuple[str, ...]]:
     """Return the effects that do as well in the place of one, and why a member that does better takes its name."""
     best = evidence.best
-    near = [
-        r.member for r in step.rivals if r.whole.score > step.after.score - NEAR and r.member.name not in best.names
-    ]
+    near = [r.member for r in step.near(best.names)]
     tried = add_one(evidence.search, evidence.without, near) if near else []
     if evidence.effect.rivals_elements:
         tried += add_elements(evidence.search, evidence.without)

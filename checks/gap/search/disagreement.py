@@ -1,7 +1,7 @@
 """Explanations that stand beside their disagreement: members are added one after the other, each fitted with the sizes
 of what it leaves free (`statistics.disagreement`)."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -23,6 +23,7 @@ ROUNDS = 6  # of weights
 STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
 LARGE = 12.5  # gain in the screen, half of what a name needs, from which on an effect may be too large for the weights
 SMALL_GAIN = 0.1  # of log-likelihood: a round that gains less is the last
+NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,11 @@ class ExplainingStep:
     def gain(self) -> float:
         """Return the gain in log-likelihood of B."""
         return self.after.lnL - self.before.lnL
+
+    def near(self, names: Collection[str]) -> list[Alternative[Effect]]:
+        """Return the rivals that come near. names: of members that are there already."""
+        least = self.after.score - NEAR
+        return [r for r in self.rivals if r.whole.score > least and r.member.name not in names]
 
 
 def search_beside(search: Search, start: Explanation) -> tuple[ExplainingStep, ...]:

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
-from checks.gap.search.disagreement import ExplainingStep, search_beside, settle_if_held
+from checks.gap.search.disagreement import NEAR, ExplainingStep, search_beside, settle_if_held
 from checks.gap.search.explanation import Explanation
 
 BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
-RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
 
 Stages = Iterator[list[Explanation]]
 
@@ -129,12 +128,11 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
         return SearchResult(base, last, (), tried, steps)
     rivals = []
     for step in steps:
-        near, less = step.after.score - RIVAL, last.without(step.member.name)
-        for r in step.rivals:
-            if r.whole.score > near and not r.member.stands_in and r.member.name not in last.response.names:
-                at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
-                with suppress(ModelError):  # the strut is not held at such values: no rival
-                    rivals.append(search.refit(less.response.with_member(r.member), at))
+        less = last.without(step.member.name)
+        for r in (r for r in step.near(last.names) if not r.member.stands_in):
+            at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
+            with suppress(ModelError):  # the strut is not held at such values: no rival
+                rivals.append(search.refit(less.response.with_member(r.member), at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
@@ -176,7 +174,7 @@ def _finish(
     adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
-        near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)
+        near = (c for c in adequate if c.score > best.score - NEAR and c.names != best.names)
         adequate = [c for c in map(search.with_other_damping, near) if c is not None and c.adequate]
         best = damped
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
