@@ -22,13 +22,7 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         found = os.fstat(handle)
-        mode = found.st_mode
-        if stat.S_ISDIR(mode):
-            raise IsADirectoryError(errno.EISDIR, "is a folder, expected a file", str(path))
-        if not stat.S_ISREG(mode):
-            raise OSError(errno.EINVAL, "is a pipe or a device, expected a regular file", str(path))
-        if found.st_size > limit:
-            raise OSError(errno.EFBIG, f"has {found.st_size} bytes, at most {limit} are read", str(path))
+        vet_regular(found, limit, path)
         with os.fdopen(handle, "rb", closefd=False) as file:
             # A read allocates its buffer at once: of the file's size, not of the limit's.
             content = file.read(found.st_size + 1)
@@ -40,6 +34,16 @@ def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
         raise OSError(errno.EFBIG, f"has more than {limit} bytes, which are not read", str(path))
     log.info("read %s, %d bytes", path, len(content))
     return content
+
+
+def vet_regular(found: os.stat_result, limit: int, path: Path) -> None:
+    """Raise OSError unless this is a regular file of at most `limit` bytes."""
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder, expected a file", str(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "is a pipe or a device, expected a regular file", str(path))
+    if found.st_size > limit:
+        raise OSError(errno.EFBIG, f"has {found.st_size} bytes, at most {limit} are read", str(path))
 
 
 def json_of(raw: bytes | str) -> Any:

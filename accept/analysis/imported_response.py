@@ -48,8 +48,6 @@ def import_response(
     in the file; averages: segments behind the coherence that the file states; noise: relative standard deviation of H,
     if the file states neither variance nor averages. Raises RecordError, also for the complex conjugate of a
     response."""
-    if not path.is_file():
-        raise RecordError(f"{path}: {'is a folder, expected a file' if path.is_dir() else 'no such file'}")
     if averages is not None and not averages >= 2.0:
         raise RecordError(f"averages = {averages:g}: a variance needs two or more")
     if noise is not None and not 0.0 < noise < 1.0:

@@ -108,8 +108,6 @@ def read_any(
 ) -> Record:
     """Read a record, and report the mapping and conversion of its columns. mapped_only: read the channels of `channels`
     only. Raises RecordError."""
-    if not path.is_file():
-        raise RecordError(f"{path}: {'is a folder, expected a record file' if path.is_dir() else 'no such file'}")
     record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
     for words in record.remarks:
         say(f"{words}; {record.t.size} samples, {record.fs:.6g} Hz")

@@ -52,7 +52,7 @@ class WatchedFolder:
             if path.suffix.lower() in SUFFIXES and not path.name.startswith("."):
                 try:
                     status = path.stat()
-                except FileNotFoundError:  # gone since the folder was listed
+                except OSError:  # gone since the folder was listed, or a link in a circle
                     continue
                 found.append((path, status.st_size, status.st_mtime_ns))
         return found

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from specs.bench import ChannelSource
 
 CHANNELS = "channels."  # how the names of mapped channels begin among inputs
+_LONGEST_NAME = 64  # characters of a file or of a channel in it
 LONGEST_INPUTS = 3000  # characters; nine records of long names and every setting of the responses have fewer
 
 
@@ -73,13 +74,18 @@ def input_words(check: str, used: "UsedInput") -> str:
 def _text(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_text, value))}]"
-    return value if isinstance(value, str) else f"{value:.10g}"
+    return _named(value) if isinstance(value, str) else f"{value:.10g}"
+
+
+def _named(text: str) -> str:
+    """Return a name, cut where it would push what scales a value out of its line."""
+    return text if len(text) <= _LONGEST_NAME else f"{text[:_LONGEST_NAME]}…"
 
 
 def source_words(source: "ChannelSource") -> str:
     """Return how a channel is read from its source."""
-    words = [f"is read from '{source.name}'"] if source.name else []
+    words = [f"is read from '{_named(source.name)}'"] if source.name else []
     words += [f"is multiplied by {source.gain:.10g}"] if source.gain != 1.0 else []
-    words += [f"is taken in {source.unit}"] if source.unit else []
+    words += [f"is taken in {_named(source.unit)}"] if source.unit else []
     words += [f"is sampled every {source.sampling_time_s:.10g} s"] if source.sampling_time_s is not None else []
     return " and ".join(words) or "is read as it is"

@@ -155,8 +155,8 @@ class LoadedUnit:
     def _file(self, entry: FileEntry) -> Any:
         path = inside(self.folder.path, entry.name)
         known = self.hashes.get(entry.name)
-        if entry.name not in self._sources and not path.is_file():  # said here, without the folder's own path: a
-            # certificate is judged again elsewhere
+        if entry.name not in self._sources and not path.exists():
+            # Said here, without the folder's own path: a certificate is judged again elsewhere.
             raise RecordError(f"{entry.name}: no such file in the unit folder")
         source = self._sources.get(entry.name) or load_bytes(path)
         if isinstance(entry.declared, CsvTable):
@@ -177,19 +177,16 @@ class LoadedUnit:
             raise pointed_to_variant(e, self.folder.kind, declared, read) from e
 
     def _taken(self, name: str) -> str | None:
-        """Return the hash of a file, None if it is unreadable. The bytes are kept if there is room."""
-        try:
-            path = inside(self.folder.path, name)
-            if not path.is_file():  # opening a pipe would wait for ever
-                return None
+        """Return the hash of a file, None without one. The bytes are kept if there is room. Raises UnitError."""
+
+        def take(path: Path) -> str:
             if not 0 < path.stat().st_size <= self._room:
                 return unit_folder.file_hash(path)
-            source = load_bytes(path)
-        except (OSError, RecordError, ValueError):
-            return None
-        self._room -= len(source.raw)
-        self._sources[name] = source
-        return source.sha256
+            self._sources[name] = source = load_bytes(path)
+            self._room -= len(source.raw)
+            return source.sha256
+
+        return unit_folder.read_named(self.folder.path, name, take)
 
 
 def bare_name(channel: str) -> str:

@@ -1,15 +1,17 @@
 """Reads `unit.toml` of a unit folder, strictly, as the checks declare. `LoadedUnit` reads the files it names."""
 
 import difflib
+import errno
 import hashlib
+import os
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
 from socket import gethostname
-from typing import Any
+from typing import Any, TypeVar
 
 from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.documents.results import UnitHeader
@@ -24,10 +26,16 @@ from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import ProblemsError
-from specs.files import read_bounded
+from specs.files import read_bounded, vet_regular
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
+_FAULTS = {
+    errno.ENOENT: "is a link to a file that is not there",
+    errno.ELOOP: "is a link that leads in a circle",
+    errno.EACCES: "cannot be read: Permission denied",
+}
+T = TypeVar("T")
 MAX_UNIT_TOML_BYTES = 1_000_000  # files of a person or a rig are a thousandth of it
 
 
@@ -72,7 +80,7 @@ class UnitFolder:
 
     def input_hashes(self) -> dict[str, str]:
         """Return file name -> sha256 of `unit.toml` and of every readable named file."""
-        found = {name: _hash(self.path, name) for name in self.files}
+        found = {name: read_named(self.path, name, file_hash) for name in self.files}
         return {UNIT_FILE: hashlib.sha256(self.text).hexdigest()} | {n: h for n, h in found.items() if h is not None}
 
 
@@ -82,7 +90,8 @@ def find(path: Path) -> list[Path]:
         raise UnitError(path, ["does not exist; a unit folder or a parent of unit folders was expected"])
     if not path.is_dir():
         raise UnitError(path, ["is a file; a unit folder or a parent of unit folders was expected"])
-    folders = sorted(p.parent for p in path.rglob(UNIT_FILE))
+    # Not by `rglob`: a `unit.toml` that is a link to nothing would be left out without a word.
+    folders = sorted(Path(place) for place, inner, files in os.walk(path) if UNIT_FILE in (*inner, *files))
     if not folders:
         raise UnitError(path, [f"holds no {UNIT_FILE}, neither itself nor in any folder below"])
     return folders
@@ -90,9 +99,9 @@ def find(path: Path) -> list[Path]:
 
 def read(folder: Path, latest: date | None = None) -> UnitFolder:
     """Return the unit of a folder. latest: the last day that a measurement may state; None: tomorrow, for a laboratory
-    east of this clock. Raises UnitError with every problem of `unit.toml` and of the file sizes; no file is opened."""
+    east of this clock. Raises UnitError with every problem of `unit.toml` and of its files; none of these is opened."""
     path = folder / UNIT_FILE
-    whole = str(folder.resolve())
+    whole = os.path.realpath(folder)  # of links in a circle too
     if (shown := as_utf8(whole)) != whole:
         raise UnitError(Path(shown), ["the path is not UTF-8, so no store can hold it; give the folder another name"])
     if not folder.is_dir():
@@ -113,19 +122,20 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
         for name, day in unit.measured.items()
         if day < EARLIEST
     ]
-    if wrong := wrong + _too_large(unit):
+    if wrong := [*wrong, *_unreadable(unit)]:
         raise UnitError(path, wrong)
     return unit
 
 
-def _too_large(unit: UnitFolder) -> list[str]:
-    """Return the problems of files larger than any record: hashing them would take hours."""
-    found = []
+def _unreadable(unit: UnitFolder) -> Iterator[str]:
+    """Yield the problems of what stands in the place of each named file."""
     for name in unit.files:
-        with suppress(OSError, ValueError):
-            if (size := _as_stored(unit.path, name).stat().st_size) > DEFAULT_LIMITS.max_bytes:
-                found.append(f"{name} has {size} bytes, at most {DEFAULT_LIMITS.max_bytes} are read")
-    return found
+        try:
+            inside(unit.path, name)
+        except UnitError as e:
+            yield from e.problems
+        except RecordError:
+            pass  # said with the findings, here as elsewhere
 
 
 def _read_text(path: Path) -> bytes:
@@ -209,20 +219,43 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
 
 
 def inside(folder: Path, name: str) -> Path:
-    """Return path of a named file. Raises RecordError when it leaves the unit folder: evidence travels with its
-    unit."""
+    """Return path of a named file, which need not be there. Raises RecordError for a name that is no file of the unit
+    on any machine: evidence travels with its unit; UnitError when what is there is no readable file within the unit:
+    a certificate would be judged again without it, with another reason."""
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
     path = _as_stored(folder, name)
     try:
-        path.is_file()  # a name too long for any file is no file of the unit, on every system
-        within = path.resolve().is_relative_to(folder.resolve())
-    except (OSError, RuntimeError) as e:  # RuntimeError: links that lead in a circle
-        told = e.strerror if isinstance(e, OSError) else "its links lead in a circle"
-        raise RecordError(f"{name[:60]}: cannot be a file of the unit: {told}") from e
-    if not within or ".." in path.relative_to(folder).parts:  # the folder may be moved, its name is no part of the unit
-        raise RecordError(f"{name} lies outside the unit folder; copy the file into it")
+        real = os.path.realpath(path, strict=True)
+        vet_regular(os.stat(real), DEFAULT_LIMITS.max_bytes, path)
+        if not Path(real).is_relative_to(os.path.realpath(folder)):
+            raise OSError(errno.EXDEV, "is a link that leads outside the unit folder")
+        if not os.access(path, os.R_OK):
+            raise PermissionError(errno.EACCES, "")
+    except OSError as e:
+        if e.errno == errno.ENAMETOOLONG:
+            raise RecordError(f"{name[:60]}: cannot be a file of the unit: {e.strerror}") from e
+        if e.errno in (errno.ENOENT, errno.ENOTDIR) and not path.is_symlink():
+            return path
+        told = _FAULTS.get(e.errno or 0, e.strerror)
+        words = f"{name} {told}; put a readable file there, or take its line out"
+        raise UnitError(folder / UNIT_FILE, [words]) from e
     return path
+
+
+def read_named(folder: Path, name: str, read: Callable[[Path], T]) -> T | None:
+    """Return what `read` makes of a named file, None if it is not there or its name is refused with the findings.
+    Raises UnitError if it cannot be read."""
+    try:
+        path = inside(folder, name)
+    except RecordError:
+        return None
+    try:
+        return read(path) if path.exists() else None
+    except (OSError, RecordError) as e:
+        raise UnitError(folder / UNIT_FILE, [f"{name}: {e}"]) from e
 
 
 def _as_stored(folder: Path, name: str) -> Path:
@@ -233,14 +266,6 @@ def _as_stored(folder: Path, name: str) -> Path:
             same = unicodedata.normalize("NFC", path.name)
             return next((p for p in path.parent.iterdir() if unicodedata.normalize("NFC", p.name) == same), path)
     return path
-
-
-def _hash(folder: Path, name: str) -> str | None:
-    try:
-        path = inside(folder, name)
-        return file_hash(path) if path.is_file() else None  # opening a pipe would wait for ever
-    except (OSError, RecordError, ValueError):
-        return None
 
 
 def file_hash(path: Path) -> str:

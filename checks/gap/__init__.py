@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
     from checks.gap.conditions.trial import ConditionTrial, under_experiment
     from checks.gap.decision.bode_panels import bode_panels
-    from checks.gap.decision.gates import AT_LEAST
+    from checks.gap.decision.evidence import AT_LEAST
     from checks.gap.decision.made_again import contradictions, picture_again
     from checks.gap.decision.next_experiment import every_experiment
     from checks.gap.decision.panels import channel_errors, gap_panels

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import levels, unmodelled_modes
 from checks.gap.preparation.inputs import Problem, possible_faults, with_fault
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import WIDER_STEPS, WIDER_TOLERANCES, Effort, Say, Search
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.residuals import with_tolerance
 
 BENT = 0.1  # of a cubic share at the largest sine: noise of a tenth of its power
@@ -19,18 +20,20 @@ COARSE_BINS = 150  # of a first look at records that may be turned
 HOPELESS = 2.0  # times the misfit of the records as they came
 
 
-def search_on(problem: Problem, channels: tuple[str, ...], say: Say, effort: Effort) -> Search:
-    """Return a search on some channels, thinned, with the library's effects for them. effort: of the whole analysis."""
-    A, B = (d.select(channels).thinned(problem.table.search_bins) for d in (problem.A, problem.B))
+def search_on(problem: Problem, say: Say, effort: Effort) -> Search:
+    """Return a search on thinned records, with the library's effects for their channels. effort: of the whole
+    analysis."""
+    channels = problem.A.channels
+    A, B = (d.thinned(problem.table.search_bins) for d in (problem.A, problem.B))
     effects = [e for e in problem.effects if e.fits(problem.inputs.model) and set(e.channels) & set(channels)]
     return Search(A, B, (*effects, *unmodelled_modes(channels)), problem.table, say, effort)
 
 
-def calibrate(search: Search, problem: Problem) -> Candidate:
+def calibrate(search: Search, problem: Problem) -> Explanation:
     """Return the base model fitted to A, with the more likely form of damping. A unit has the misalignment that its
     batch has in common or, if that agrees with no values, one within the scatter of the batch."""
     width = _level_dependence(problem)
-    members: tuple[Member, ...] = (levels(problem.inputs.merge_Hz, width),) if width else ()
+    members: tuple[Effect, ...] = (levels(problem.inputs.merge_Hz, width),) if width else ()
     # With modal damping, derivatives by the modes' factors take half the time: the first search is for that form.
     given = problem.inputs.model
     of_batch = {n for n in (given.joint.names if given.joint else ()) if n.startswith("misalignment.")}
@@ -40,7 +43,7 @@ def calibrate(search: Search, problem: Problem) -> Candidate:
     if of_batch and not own.adequate:
         own_place = replace(own.response, model=replace(own.response.model, sds=given.sds))
         within = search.fit_from_one_place(own_place, {})  # without it the calibration has gone astray
-        own = within if within.adequate and replace(within, unseen=problem.B).adequate else own
+        own = within if within.adequate and within.on(problem.B).adequate else own
     if own.adequate or not given.scatters:
         return own
     other = search.fit_elsewhere(own)
@@ -58,7 +61,7 @@ def _level_dependence(problem: Problem) -> float:
     return max(opens, bend)
 
 
-def correct_records(search: Search, base: Candidate, problem: Problem) -> Problem | None:
+def correct_records(search: Search, base: Explanation, problem: Problem) -> Problem | None:
     """Return the problem with one more fault of the records corrected, another sign of a channel or two channels
     exchanged, if that leaves less than half of what is missing: the calibration had fitted the fault by wrong values.
     None if no correction does."""
@@ -77,7 +80,7 @@ def correct_records(search: Search, base: Candidate, problem: Problem) -> Proble
     return best
 
 
-def _calibrate_coarsely(search: Search, base: Candidate, A: Dataset) -> Candidate | None:
+def _calibrate_coarsely(search: Search, base: Explanation, A: Dataset) -> Explanation | None:
     """Return the base fitted to corrected records, the scatter of its modes following; None if an approximate model
     already shows that they are explained no better than the original records."""
     response = base.response.holding_scatter()

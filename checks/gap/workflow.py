@@ -1,8 +1,6 @@
 """The gap workflow on arrays: calibrate, test, search, verify, name or report an unidentified effect ([GAP] 0 to
 13)."""
 
-from dataclasses import replace
-
 from checks.errors import NotHeld
 from checks.fitting.fit import CONTRADICTION
 from checks.gap.calibrate import calibrate, correct_records, search_on
@@ -12,8 +10,8 @@ from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLA
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
 from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Effort, Say, Search
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult, explain, explain_beside, explain_by_elements
 
 MOST_ELEMENTS = 2
@@ -50,20 +48,20 @@ def _explains(result: Result) -> bool:
 def _analyse(problem: Problem, say: Say) -> Result:
     """Return the result for records that are corrected for their faults."""
     effort = Effort(problem.table.effort)
-    search = search_on(problem, problem.A.channels, say, effort)
+    search = search_on(problem, say, effort)
     say("calibrating the model")
     base = calibrate(search, problem)
     if not base.adequate and (corrected := correct_records(search, base, problem)) is not None:
-        again = search_on(corrected, problem.A.channels, say, effort)
+        again = search_on(corrected, say, effort)
         result = _explain(corrected, again, calibrate(again, corrected))
         if not gap_increased(result.gap_before, result.gap_after):  # else no fault of the records: it explains nothing
             return result
     return _explain(problem, search, base)
 
 
-def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
+def _explain(problem: Problem, search: Search, base: Explanation) -> Result:
     """Search for the effects that a calibrated model lacks."""
-    whole = replace(base, unseen=problem.B)
+    whole = base.on(problem.B)
     if whole.adequate:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
     if problem.inputs.model.learned is None:
@@ -83,7 +81,8 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
         return build_result(problem, search, beside, whole)
     if beside.steps and not found.is_one_mode:
         if beside.best.worst_G < NEARLY:
-            deeper = found.continued_by(explain(search, beside.best, 1, 1))
+            beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
+            deeper = found.continued_by(explain(search, beyond, 1, 1))
             if deeper.is_final:
                 return build_result(problem, search, deeper, whole)
         partial = build_result(problem, search, beside, whole)
@@ -92,9 +91,9 @@ def _explain(problem: Problem, search: Search, base: Candidate) -> Result:
     return build_result(problem, search, found if found.best.adequate else _search_deeper(search, found), whole)
 
 
-def _explain_on_bench(problem: Problem, search: Search, base: Candidate, bench: Candidate) -> Result:
+def _explain_on_bench(problem: Problem, search: Search, base: Explanation, bench: Explanation) -> Result:
     """Search for the effects that a calibrated model lacks on a bench with lags of its own."""
-    whole = replace(base, unseen=problem.B)
+    whole = base.on(problem.B)
     alone = found = SearchResult(bench, bench, (), (base,))
     beyond = without_lags(search)
     if not bench.adequate:

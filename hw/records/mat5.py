@@ -32,6 +32,8 @@ NUMBERS = frozenset(CLASSES[n] for n in range(6, 16))
 OPAQUE = 17  # a class, see above
 WIDE = (4, 17)  # types of characters of two bytes
 DEEPEST = 8  # structures within structures
+MOST_PARTS = 200_000  # of one variable: a compressed file holds a hundred empty ones in a byte
+MOST_LETTERS = 1_000_000  # of one text
 LOGICAL, COMPLEX = 0x02, 0x08  # flags of an array ([MATFILE])
 HEAD_BYTES = 1024  # holds flags, dimensions and name of any array with a name of MATLAB's 63 characters
 UNPACKED_AT_ONCE = 1_000_000  # bytes
@@ -135,7 +137,7 @@ class ArrayHeader:
             if end - self.data_at > most:
                 size = f"unpacks to {end - self.data_at} bytes; at most {most} are read"
                 raise RecordError(f"{file}: variable '{self.name}' {size}")
-            return _content(file, data(), self, end, order)
+            return _content(file, data(), self, end, order, [MOST_PARTS])
 
         load = text = None
         if self.kind in NUMBERS:
@@ -156,7 +158,9 @@ def _head(file: str, data: bytes, start: int, order: str) -> ArrayHeader:
     if len(shape) < 2 or min(shape) < 0:
         raise RecordError(f"{file}: the variable at byte {start} declares the dimensions {shape}")
     name = _tag(data, dims.after, order)
-    return ArrayHeader(_text(data, name), shape, _kind(number, bits), name.after)
+    kind = _kind(number, bits)
+    long = kind == "char" and math.prod(shape) > MOST_LETTERS  # no name, no unit and no time: it is not read
+    return ArrayHeader(_text(data, name), shape, "long text" if long else kind, name.after)
 
 
 def _kind(number: int, bits: int) -> str:
@@ -171,9 +175,10 @@ def _text(data: bytes, element: MatElement) -> str:
     return data[element.start : element.start + element.size].decode("latin-1")
 
 
-def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, depth: int = 0) -> Any:
+def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, left: list[int], depth: int = 0) -> Any:
     """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
-    in their shape. None for other kinds, such as complex numbers, objects and functions."""
+    in their shape. None for other kinds, such as complex numbers, objects and functions. left: [parts that may still be
+    read]. Raises RecordError beyond them."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":
@@ -188,8 +193,11 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, de
         words = data[fields.start : fields.start + fields.size]
         names = [words[i : i + wide].split(b"\0")[0].decode("latin-1") for i in range(0, len(words), wide)]
         at = fields.after
-    if count * len(names) * 8 > end - at:  # each has a tag of 8 bytes at least
-        raise RecordError(f"{file}: '{head.name}' declares {count} elements, more than its bytes hold")
+    left[0] -= count * len(names)
+    if left[0] < 0:
+        raise RecordError(f"{file}: a variable has more than {MOST_PARTS} parts")
+    if len(set(names)) < len(names):
+        raise RecordError(f"{file}: a structure has two fields of one name")
     found: list[Any] = []
     for _ in range(count * len(names)):
         element = _tag(data, at, order)
@@ -197,7 +205,7 @@ def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, de
         if element.kind != MATRIX or at > end:
             raise RecordError(f"{file}: a structure is damaged at byte {element.start}")
         inner = _head(file, data, element.start, order) if element.size else None
-        found.append(None if inner is None else _content(file, data, inner, at, order, depth + 1))
+        found.append(None if inner is None else _content(file, data, inner, at, order, left, depth + 1))
     if head.kind == "cell":
         return found
     structures = [dict(zip(names, found[i : i + len(names)], strict=True)) for i in range(0, len(found), len(names))]

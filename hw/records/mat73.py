@@ -2,6 +2,8 @@
 
 import io
 import math
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import h5py
@@ -18,6 +20,7 @@ FILTERS = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLE
 
 REFERENCES = "references"  # kind of a data set that names others: the elements of a cell or of several structures
 WORDS = ("char", "HDF5 object")
+MOST_VISITED = 200_000  # nodes whose sizes are looked up, of all variables together
 MOST_NODES = 5_000  # that are read of one variable: hard links may lead in a circle, a few of them to billions
 
 
@@ -27,10 +30,12 @@ def open_mat73(file: str, raw: bytes) -> dict[str, Variable]:
     Soft and external links are left out: their targets are not in this file, so its hash would not cover them."""
     with h5py.File(io.BytesIO(raw), "r") as f:
         names = [n for n in f if n != "#refs#" and isinstance(f.get(n, getlink=True), h5py.HardLink)]
-        return unique(file, [_variable(file, raw, f, name) for name in names])
+        left = [MOST_VISITED]
+        referred = cache(lambda: _size(file, f.get("#refs#"), left))
+        return unique(file, [_variable(file, raw, f, name, referred, left) for name in names])
 
 
-def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
+def _variable(file: str, raw: bytes, f: h5py.File, name: str, referred: Callable[[], int], left: list[int]) -> Variable:
     found = f[name]
 
     def inner() -> Any:
@@ -39,19 +44,27 @@ def _variable(file: str, raw: bytes, f: h5py.File, name: str) -> Variable:
 
     if not isinstance(found, h5py.Dataset):
         kind = "sparse" if "MATLAB_sparse" in found.attrs else "struct"
-        return Variable(name, (1, 1), kind, inner=inner, unpacked=8 * (_size(found) + _size(f.get("#refs#"))))
+        return Variable(name, (1, 1), kind, inner=inner, unpacked=8 * (_size(file, found, left) + referred()))
     kind = _kind(found)
     if kind in NUMBERS:
         return Variable(name, found.shape, kind, lambda: _numbers(file, raw, name), inner=inner)
-    size = 8 * (_size(found) + (_size(f.get("#refs#")) if kind in (REFERENCES, "cell") else 0))
+    size = 8 * (_size(file, found, left) + (referred() if kind in (REFERENCES, "cell") else 0))
     return Variable(name, found.shape or (), kind, text=inner if kind == "char" else None, inner=inner, unpacked=size)
 
 
-def _size(node: h5py.Group | h5py.Dataset | None) -> int:
+def _size(file: str, node: h5py.Group | h5py.Dataset | None, left: list[int]) -> int:
+    """Return how many numbers a node holds. left: [nodes that may still be looked at]. Raises RecordError beyond."""
     if not isinstance(node, h5py.Group):
         return 0 if node is None else node.size or 0
     sizes: list[int] = []
-    node.visititems(lambda _, part: sizes.append(getattr(part, "size", 0) or 0))
+
+    def count(_: str, part: h5py.Group | h5py.Dataset) -> None:
+        sizes.append(getattr(part, "size", 0) or 0)
+        left[0] -= 1
+        if left[0] < 0:
+            raise RecordError(f"{file}: has more than {MOST_VISITED} parts")
+
+    node.visititems(count)
     return sum(sizes)
 
 

@@ -2,7 +2,6 @@
 variables."""
 
 import hashlib
-import stat
 import struct
 from dataclasses import dataclass
 from functools import cached_property
@@ -83,12 +82,6 @@ def _is_matlab4(raw: bytes) -> bool:
 def load_bytes(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Source:
     """Return all bytes of a file. Raises RecordError if it is missing, not a file, empty, too large or not readable."""
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):  # reading a pipe would wait for ever
-            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "no regular file"
-            raise RecordError(f"{path.name}: is {kind}, expected a record file")
-        if found.st_size > limits.max_bytes:
-            raise RecordError(f"{path.name}: has {found.st_size} bytes, at most {limits.max_bytes} are read")
         raw = read_bounded(path, limits.max_bytes)
     except FileNotFoundError as e:
         place = "" if path.parent == Path() else f" in {path.parent}"

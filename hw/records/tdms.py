@@ -22,6 +22,7 @@ from hw.records.contents.variable import CLOCK, Clock, Variable, unique
 from specs.units import UnitMismatch, factor, is_unit, parse_header, spelled
 
 TIME = "t"
+MOST_SCALES = 100  # of one channel
 log_manager.set_level(logging.ERROR)  # a warning of it is refused here, in one line
 # Scales that npTDMS applies (`nptdms.scaling`); raw counts stay as they are if a file states another one.
 SCALES = {
@@ -36,7 +37,7 @@ SCALES = {
     "Subtract",
     "AdvancedAPI",
 }
-_SCALE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
+_SCALE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
 _EXPORT = "export the file with scaled values"
 _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
@@ -106,7 +107,10 @@ def _is_same(unit: str, other: str) -> bool:
 def _scale_problem(channel: Any, levels: tuple[Any, ...]) -> str:
     """Return why the numbers would stay raw although the channel, its group or its file states a scale; "" if not."""
     for p in levels:
-        stated = {str(value) for key, value in p.items() if _SCALE.fullmatch(key)}
+        scales = {int(named[1]): str(value) for key, value in p.items() if (named := _SCALE.fullmatch(key))}
+        stated = set(scales.values())
+        if max(p.get("NI_Number_Of_Scales", 0), *scales, 0) > MOST_SCALES:  # npTDMS makes a list of so many
+            return f"states more than {MOST_SCALES} scales; {_EXPORT}"
         status = p.get("NI_Scaling_Status", "")
         if status == "scaled":
             continue

@@ -15,7 +15,7 @@ import pytest
 
 from accept.models.model_file import open_model
 from checks.gap import EFFECTS
-from checks.gap.decision import beside_gates, build_result, gates
+from checks.gap.decision import build_result, gates
 from tests.conftest import DATA
 from validation import shell, strut
 from validation.cases import Case
@@ -159,18 +159,17 @@ def test_updating_begins_a_filter_far_above_the_band_and_moves_it_by_its_inverse
 # --- gates, thresholds, priors ----------------------------------------------------------------------------------------
 
 
-def test_a_gate_is_left_out_of_both_lists_and_comes_back() -> None:
-    full, beside = gates.FULL_GATES, beside_gates.BESIDE_GATES
+def test_a_gate_is_left_out_of_the_table_and_comes_back() -> None:
+    every = gates.GATES
     for name in ablation.GATES:
         with ablation.left_out(name):
-            rest = {g.name for g in (*gates.FULL_GATES, *beside_gates.BESIDE_GATES)}
-            assert rest == set(ablation.GATES) - {name}
+            assert {g.name for g in gates.GATES} == set(ablation.GATES) - {name}
     with ablation.left_out(ablation.EVERY):
-        assert (gates.FULL_GATES, beside_gates.BESIDE_GATES) == ((), ())
-    assert (gates.FULL_GATES, beside_gates.BESIDE_GATES) == (full, beside)
+        assert gates.GATES == ()
+    assert gates.GATES == every
     rules = [getattr(build_result, rule) for rule in ablation.RIVALS_OF]
     with ablation.left_out(ablation.RIVALS):
-        assert [getattr(build_result, rule)(1, 2) for rule in ablation.RIVALS_OF] == [(), (), ()]
+        assert [getattr(build_result, rule)(1, 2, 3) for rule in ablation.RIVALS_OF] == [(), ()]
     assert [getattr(build_result, rule) for rule in ablation.RIVALS_OF] == rules
     with pytest.raises(KeyError, match="expected one of"), ablation.left_out("gait"):
         pass

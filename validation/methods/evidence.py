@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from checks.errors import ModelError
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.screen import screen
 from validation.methods.task import Found, Task, standard_deviations
 
@@ -28,7 +28,7 @@ class Model:
     """An effect added to the model and fitted. lnB: of the Bayes factor over the model without effects."""
 
     effect: str
-    fit: Candidate
+    fit: Explanation
     lnB: float
 
 

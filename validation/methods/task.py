@@ -91,7 +91,7 @@ class Task:
         """Return the answer in the form of gap.json, with what was found before the search."""
         free = [
             {"effect": n.effect, "parameters": {k: _value(v.value, v.lo, v.hi) for k, v in n.parameters.items()}}
-            for n in named_effects((), None, self.problem.early, self.problem.in_slow)  # type: ignore[arg-type]
+            for n in named_effects((), None, self.problem.early, self.problem.in_slow, self.problem.inputs.model)  # type: ignore[arg-type]
         ]
         own = [
             {

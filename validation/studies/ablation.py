@@ -4,8 +4,8 @@
 
 First every unit is analysed as it is, and of every effect that the search wants to name it is kept which gates fail. A
 gate changes an answer only if it is the only one that fails for some effect; only such units are analysed once more
-without it. Gates are the two lists in `checks.gap.decision`; besides, what withdraws names afterwards: names that widen
-a channel's gap, and names that others imitate; and all gates at once.
+without it. Gates are the table in `checks.gap.decision.gates`; besides, what withdraws names afterwards: names that
+widen a channel's gap, and names that others imitate; and all gates at once.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +15,8 @@ from typing import Any
 from unittest.mock import patch
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision import beside_gates, build_result, gates, never_worse
+from checks.gap.decision import build_result, gates, never_worse
+from checks.gap.decision.evidence import NameEvidence
 from validation.cases import Case
 from validation.methods.call import Method
 from validation.scoring.scores import Outcome
@@ -24,9 +25,9 @@ from validation.studies.arguments import mixed_in_words, parser_of
 from validation.studies.compare import AS_RECORDED, SEED, UNITS, answers, counted, drawn
 
 NEVER_WORSE, RIVALS, EVERY = "never_worse", "rivals", "every gate"
-RIVALS_OF = ("indistinguishable", "imitable", "lags_alike")
+RIVALS_OF = ("indistinguishable", "rivals_by")
 TOGETHER = (NEVER_WORSE, RIVALS, EVERY)
-GATES = tuple(dict.fromkeys(g.name for g in (*gates.FULL_GATES, *beside_gates.BESIDE_GATES)))
+GATES = tuple(g.name for g in gates.GATES)
 
 
 @contextmanager
@@ -38,12 +39,10 @@ def left_out(name: str) -> Iterator[None]:
         elif name == RIVALS:
             for rule in RIVALS_OF:
                 stack.enter_context(patch.object(build_result, rule, lambda *_: ()))
-            stack.enter_context(patch.object(beside_gates, "_compare_rivals", lambda *_: ([], [])))
+            stack.enter_context(patch.object(gates, "_compare_rivals", lambda *_: ([], ())))
         elif name in (*GATES, EVERY):
-            for module, table in ((gates, "FULL_GATES"), (beside_gates, "BESIDE_GATES")):
-                every: tuple[gates.Gate[Any], ...] = getattr(module, table)
-                rest = tuple(g for g in every if name not in (g.name, EVERY))
-                stack.enter_context(patch.object(module, table, rest))
+            rest = tuple(g for g in gates.GATES if name not in (g.name, EVERY))
+            stack.enter_context(patch.object(gates, "GATES", rest))
         else:
             raise KeyError(f"no gate '{name}': expected one of {', '.join((*GATES, *TOGETHER))}")
         yield
@@ -64,10 +63,10 @@ def recorded(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mappi
     alone: set[str] = set()
     reasons_of, withdraw_harmful = gates.failed_reasons, never_worse.withdraw_harmful
 
-    def noted(table: Sequence[gates.Gate[Any]], evidence: Any) -> list[str]:
-        failed = [g.name for g in table if not g.test(evidence)]
+    def noted(evidence: NameEvidence) -> tuple[str, ...]:
+        failed = [g.name for g in gates.gates_of(evidence) if not g.test(evidence)]
         alone.update(failed if len(failed) == 1 else (), [EVERY] if failed else ())
-        return reasons_of(table, evidence)
+        return reasons_of(evidence)
 
     def withdraw(candidates: Any, full: Any, claims: Any) -> Any:
         made = withdraw_harmful(candidates, full, claims)
@@ -76,7 +75,6 @@ def recorded(folder: Path, model: Path, *, without: Sequence[str] = ()) -> Mappi
 
     with (
         patch.object(gates, "failed_reasons", noted),
-        patch.object(beside_gates, "failed_reasons", noted),
         patch.object(build_result, "withdraw_harmful", withdraw),
     ):
         gap = run_gap(folder, model, without=without)

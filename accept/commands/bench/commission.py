@@ -53,6 +53,8 @@ def commission(
         return refusal(e, Exit.INSTRUMENT)
     passed = bool(outcomes) and all(outcome.passed for outcome in outcomes)
     record = {
+        "model": entry.model,
+        "serial": entry.serial,
         "on": datetime.now(UTC).date().isoformat(),
         "operator": operator_name(operator),
         "passed": passed,

@@ -57,7 +57,7 @@ class Plots(Screen[None]):
         holder = self.query_one("#drawn")
         await holder.remove_children()
         if holder.is_attached:  # left while the old ones went
-            await holder.mount(*(PanelView(panel, large=True, titled=n > 0) for n, panel in enumerate(shown)))
+            await holder.mount(*(PanelView(panel, titled=n > 0) for n, panel in enumerate(shown)))
 
     def action_draw_large(self) -> None:
         """Draw the panels as the certificate has them: in a browser they are shown there, else written to a file."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
-from textual.widgets import DataTable, Label, Static
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widgets import DataTable, Label
 
 from accept.store import Event
 from accept.tui.background.busy_screen import ENDS, MOVES, ONE_IMPORT, Working
@@ -18,11 +18,25 @@ from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
-from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.card import Card, entitle
+from accept.tui.widgets.findings import findings_text, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, head, held_words, setup, standing
+from accept.tui.widgets.step_list import (
+    GAP,
+    GAP_TITLE,
+    HELD,
+    StepList,
+    UnitBar,
+    head,
+    held_words,
+    setup,
+    standing,
+    what_to_do,
+)
 from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.turn import Toast
+from accept.workflow.effects.serve_step import changed_words
 from accept.workflow.ports import Computation
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
@@ -32,6 +46,9 @@ from specs.errors import AcceptError
 
 if TYPE_CHECKING:
     from accept.tui.screens.summary import Summary
+
+
+_OPEN = "Enter: open the step"
 
 
 class Steps(Scanning):
@@ -46,9 +63,11 @@ class Steps(Scanning):
         Binding("f5", "note", "Note", priority=True),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9", "summary", "Summary", priority=True),
-        Binding("ctrl+r", "put_right", "Put right"),
+        Binding("ctrl+s", "summary", "Sign", priority=True),
+        Binding("ctrl+r", "put_right", "Repair"),
         Binding("escape", "leave", "Other unit", priority=True),
     ]
+    main_key = "enter"
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
         """Make the list. words: what the start has to say, such as a record that could not be taken."""
@@ -61,9 +80,14 @@ class Steps(Scanning):
         yield UnitBar(self.session)
         with Horizontal(id="main"):
             yield StepList(self.session, live=True)
-            with VerticalScroll(id="pane", can_focus=False):
-                yield Static("", id="head", markup=False)
-                yield Hanging(id="card")
+            with Vertical(id="pane"):
+                with Card(title="", id="todo"):
+                    yield Hanging(id="words")
+                with Horizontal(id="columns"):
+                    with VerticalScroll(id="form", classes="card", can_focus=False):
+                        yield Hanging(id="card")
+                    with Vertical(id="side"):
+                        yield Card(Hanging(id="guide"), title="Drawing", id="drawing")
         yield Label("", id="status")
         yield KeyRow()
 
@@ -73,7 +97,7 @@ class Steps(Scanning):
         self._show()
         self._stand_at_next()
         self.set_focus(self.query_one(StepList))
-        self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
+        self.say(self._words or _OPEN, "bad" if self._words else "quiet")
         self.aside(load_summary, lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
@@ -135,12 +159,18 @@ class Steps(Scanning):
         if not rail.row_count:
             return
         step = self._step_here()
-        heading = Text(GAP_TITLE, "bold") if step is None else head(self.session, step)
-        self.query_one("#head", Static).update(heading)
+        entitle(self.query_one("#todo"), *((GAP_TITLE,) if step is None else head(self.session, step)))
+        self.query_one("#words", Hanging).hang(what_to_do(WORDS) if step is None else instructions(step))
+        self.query_one("#guide", Hanging).hang(Text("" if step is None else step.guide.picture))
         text = held_words(self.session.judgements.nonconformances)
         text.append("\n\n" if text else "")
-        gap = Text(WORDS) if self.session.gap.found is None else answer(self.session.gap.found)
+        found = self.session.gap.found
+        gap = Text("Not analysed yet", "dim") if found is None else answer(found)
         text.append_text(gap if step is None else card(self.session, step))
+        entitle(
+            self.query_one("#form"),
+            "Limits" if step is not None and not self.session.state(step.name).entries else "Result",
+        )
         self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
@@ -178,6 +208,11 @@ class Steps(Scanning):
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
             await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
+
+    async def open_step(self, name: str) -> None:
+        """Open a step that was chosen elsewhere."""
+        self.query_one(StepList).stand_at(name)
+        await self._open(None if name == GAP else self.session.step(name))
 
     async def begin_queue(self, step: str, words: str) -> None:
         """Open the step that is done at one unit after the other, the summary without one. words: said there."""
@@ -224,18 +259,20 @@ class Steps(Scanning):
 
     def _noted(self, event: Event) -> None:
         self._show()
-        self.say(note_saved(event), "saved")
+        self.say(_OPEN)
+        note_saved(self, event)
 
     def action_undo(self) -> None:
         self.send(self.session.undo.entry, self._undone, "undoing")
 
     def _undone(self, event: Event) -> None:
         self._show()
-        self.say(f"Undone: {self.session.undo.words_of(event)}; the record keeps both", "saved")
+        self.tell(changed_words(event, self.session.undo.words_of(event)))
+        self.say(_OPEN)
 
     def action_say_where_signed(self) -> None:
         """Say where a unit is signed: F2, which does so there, does nothing here."""
-        self.say("F9: summary. F2 signs there")
+        self.say("F9: summary. A unit is signed there")
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
@@ -260,7 +297,8 @@ class Steps(Scanning):
     def _mended(self, step: str) -> None:
         self._show()
         self.query_one(StepList).stand_at(step)
-        self.say("New records are there. Enter: measure the step again", "saved")
+        self.tell(Toast("New records are there"))
+        self.say("Enter: measure the step again")
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
@@ -274,16 +312,22 @@ def load_summary() -> "type[Summary]":
     return Summary
 
 
+def instructions(step: WorkflowStep) -> Text:
+    """Return what to do at a step, and with which instrument."""
+    text, more = what_to_do(step.guide.words), setup(step)
+    return text.append("\n").append_text(more) if more else text
+
+
 def card(session: Session, step: WorkflowStep) -> Text:
-    """Return what was found where the step is judged; before that what to do."""
+    """Return what was found where the step is judged; before that where it stands, and its limits."""
     judgements, stands = session.judgements, standing(session, step)
     judgement = judgements.of_step(step.name)
     if judgement is not None and not stands:
         text = findings_text(step.check, judgement, judgements.usual, judgements.action_at_source(step) or "")
+        text.append("\n" if judgement.notes else "").append_text(notes_text(judgement))
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
-        text.append(f"{step.guide.words}\n\n").append_text(setup(step))
-        text.append(f"\n\n{step.guide.picture}", "dim")
+        text.append_text(limits_text(step, judgements.earlier))
     for note in session.state(step.name).notes:
         text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text

@@ -1,8 +1,13 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
+from itertools import zip_longest
+
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.padding import Padding
+from rich.segment import Segment
 from rich.text import Text
+from textual.geometry import Region
 from textual.widgets import Static
 
 
@@ -26,15 +31,36 @@ class Hung:
 
 
 class Hanging(Static):
-    """Shows such a text."""
+    """Shows such a text. Of another text as long as the one before, the lines that differ are sent to the terminal."""
 
-    def __init__(self, words: str | Text = "", *, id: str | None = None) -> None:
-        super().__init__(id=id, markup=False)
+    def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
 
     def hang(self, text: Text) -> None:
+        if text == self._hung.text and text.spans == self._hung.text.spans:
+            return
+        before = self._rows()
         self._hung = Hung(text)
-        self.refresh(layout=True)
+        after = self._rows()
+        if not before:
+            self.refresh(layout=True)
+            return
+        none: list[Segment] = []
+        rows = enumerate(zip_longest(before, after, fillvalue=none))
+        regions = [Region(0, y, max(_length(old), _length(new)), 1) for y, (old, new) in rows if old != new]
+        if regions:
+            self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)
+
+    def _rows(self) -> list[list[Segment]]:
+        """Return the lines as they are drawn, none before the first layout."""
+        width = self.size.width
+        return self.app.console.render_lines(self._hung, self.app.console.options.update(width=width)) if width else []
 
     def render(self) -> Hung:
         return self._hung
+
+
+def _length(row: list[Segment]) -> int:
+    """Return how many columns of a row hold something; one at least."""
+    return max(1, cell_len("".join(segment.text for segment in row).rstrip()))

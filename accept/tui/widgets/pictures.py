@@ -1,34 +1,62 @@
 """Pictures of a step beside each other where the screen is wide; the whole screen shows them behind a key."""
 
+import math
 from collections.abc import Mapping
 
+import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Label
 
 from accept.tui.widgets.plot import WIDE_FROM, PanelView
-from checks.picture import Panel
+from accept.tui.widgets.target import offset_panel
+from accept.workflow.session import Session
+from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.steps.section import repeated
+from checks.acceptance import POSITIONS_MM
+from checks.picture import Heights, Panel
+
+_HUGE_FROM = 170  # columns with room for three
+
+
+def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
+    """Return the pictures of a step's last judgement; before them where the APA sits, and before any judgement the
+    points of the probe with the next one."""
+    panels, judgement = session.judgements.panels(step.name), session.judgements.of_step(step.name)
+    target = None if judgement is None else offset_panel(judgement.findings, session.judgements.before)
+    if target is not None:
+        return {"target": target, **panels}
+    return panels or _points(session, step)
+
+
+def _points(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
+    """Return the plan of the probe's heights as they are taken, none at another step."""
+    heights, state = step.check.inputs.get("z_um"), session.state(step.name)
+    positions = np.asarray(step.asked.settings.get("positions_mm", POSITIONS_MM), dtype=float)
+    if step.check.name != "flatness" or heights is None or state.link("points") is not None:
+        return {}
+    means = (repeated(state.readings(heights.name, n), step.asked, heights.name) for n in range(len(positions)))
+    z = np.array([math.nan if mean is None else mean.value for mean in means])
+    item = Heights(positions[:, 0], positions[:, 1], z, "height as read [um]")
+    return {"heights": Panel("Interfaces seen from above", "x [mm]", "y [mm]", (item,), equal=True)}
 
 
 class Pictures(Vertical):
-    """Shows panels beside each other, from the chosen one on."""
+    """Shows panels beside each other, from the first one on."""
 
     def __init__(self) -> None:
         super().__init__(id="pictures")
         self.panels: Mapping[str, Panel] = {}
-        self._panels: tuple[Panel, ...] = ()
 
     def compose(self) -> ComposeResult:
         yield Label("", classes="quiet", id="which")
         yield Horizontal(classes="panels")
 
     def show(self, panels: Mapping[str, Panel]) -> None:
+        given, known = list(panels.values()), list(self.panels.values())
         self.panels = dict(panels)
-        given = tuple(panels.values())
-        if len(given) == len(self._panels) and all(a is b for a, b in zip(given, self._panels, strict=True)):
-            return
-        self._panels = given
-        self._draw()
+        if len(given) != len(known) or any(a is not b for a, b in zip(given, known, strict=True)):
+            self._draw()
 
     def on_resize(self) -> None:
         """Draw again: another width may have room for another number."""
@@ -36,7 +64,8 @@ class Pictures(Vertical):
             self._draw()
 
     def _shown(self) -> list[Panel]:
-        return list(self._panels[:2]) if self.app.size.width >= WIDE_FROM else []
+        width = self.app.size.width
+        return list(self.panels.values())[: 3 if width >= _HUGE_FROM else 2 if width >= WIDE_FROM else 0]
 
     def _draw(self) -> None:
         """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old
@@ -45,11 +74,14 @@ class Pictures(Vertical):
             self.call_later(self._redraw)
 
     async def _redraw(self) -> None:
-        shown, count = self._shown(), len(self._panels)
+        shown, count, views = self._shown(), len(self.panels), list(self.query(PanelView))
         self.display = bool(shown)
         words = f"F7: all {count} plots, on the whole screen" if count > len(shown) else "F7: plots on the whole screen"
         self.query_one("#which", Label).update(words)
+        for view, panel in zip(views, shown, strict=False):
+            view.show(panel)
+        for view in views[len(shown) :]:
+            await view.remove()
         holder = self.query_one(".panels")
-        await holder.remove_children()
         if holder.is_attached:  # left while the old ones went
-            await holder.mount(*(PanelView(panel) for panel in shown))
+            await holder.mount(*(PanelView(panel) for panel in shown[len(views) :]))

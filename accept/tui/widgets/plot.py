@@ -1,22 +1,25 @@
-"""The checks' pictures in the terminal. textual-plot has no logarithmic axis: log10 is plotted, the ticks say what."""
+"""The checks' pictures in the terminal, on the scales of the page: light axes, a dotted grid, words at the curves."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
+from textwrap import wrap
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.events import Mount, Resize
 from textual.widgets import Static
-from textual_plot import HiResMode, NumericAxisFormatter, PlotWidget
-from textual_plot.axis_formatter import AxisFormatter
 
+from accept.pictures.scale import Scale, scales
+from accept.pictures.words import pretty
 from accept.tui.widgets.heat_map import map_left, map_text
+from accept.tui.widgets.plan import plan
+from accept.tui.widgets.raster import DOWN, GRID, Raster
 from checks.arrays import Array
-from checks.picture import Band, Heights, Image, Line, Mark, Panel, PanelKind, Span
+from checks.picture import Band, Heights, Image, Item, Line, Mark, Panel, PanelKind, Span, Text
 
 ROLES = {
     "data": "bright_cyan",
@@ -28,188 +31,254 @@ ROLES = {
     "quiet": "bright_black",
 }
 SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_red", "white")
+_AXIS = "bright_black"
 _MOST_POINTS = 600  # a terminal is no wider
-WIDE_FROM = 110  # columns, as in the app's breakpoints
-_APART = {True: 40, False: 14}  # points on top of curves on a whole screen, beside others: so few that both are seen
+WIDE_FROM = 100  # columns, as in the app's breakpoints
 _FEW = 60  # points by themselves: more of them are drawn small
-_MARGIN = 0.02  # of what is drawn, on either side of it
-_X_TICKS = 6  # numbers that never run into each other at 40 columns
+_BESIDE = 5  # columns of a curve for each point that is drawn upon it: so few that both are seen
+_ABOVE, _BELOW = 1, 2  # rows: the unit, and the axis with its numbers
+_ROWS_PER_TICK, _COLUMNS_PER_TICK = 3, 10
+_NEAR = 3.0  # rows: words that are farther from their curve are not at it
+_LEAST = 12, 6  # columns and rows of a drawing that says anything
 _NARROWEST = 30  # columns of a map with its names
-MAP_ROWS = 14  # of a map beside other parts of a screen
+_SIGNS = {"points": "•", "dashed": "╌", "solid": "━"}
 
 
-class Decades(AxisFormatter):
-    """Ticks of log10 of a quantity: whole decades, with 2 and 5 between them if it spans at most `few`. rows: how many
-    rows the axis has, so that no two numbers stand on one; None if it lies."""
+@dataclass
+class Axes:
+    """Where the values of a panel stand on a raster. labels: words that belong to a curve: its cells, words, style."""
 
-    def __init__(self, few: int, rows: Callable[[], int] | None = None) -> None:
-        super().__init__()
-        self._few, self._rows = few, rows
+    raster: Raster
+    x: Scale
+    y: Scale
+    left: int
+    labels: list[tuple[Array, str, str]] = field(default_factory=list)
 
-    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
-        first, last = math.floor(min_), math.ceil(max_)
-        steps = (1,) if last - first > self._few else (1, 2, 5)
-        ticks = self._seen([math.log10(m) + d for d in range(first, last + 1) for m in steps], min_, max_)
-        if self._rows is None or legible(ticks, min_, max_, self._rows()):
-            return ticks
-        return every(self._seen(range(first, last + 1), min_, max_), min_, max_, self._rows())
+    @property
+    def width(self) -> int:
+        return self.raster.width - self.left
 
-    @staticmethod
-    def _seen(ticks: Iterable[float], min_: float, max_: float) -> list[float]:
-        return [float(t) for t in ticks if min_ - 1e-9 <= t <= max_ + 1e-9]
+    @property
+    def height(self) -> int:
+        return self.raster.height - _ABOVE - _BELOW
 
-    def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
-        return [f"{10.0**t:.4g}" for t in ticks]
+    def columns(self, values: Array | float) -> Array:
+        """Return the columns of values along x, as fractions of a cell too; both ends of the axis lie on the raster."""
+        return self.left + _inside(self.x.at(values), self.width)
 
+    def rows(self, values: Array | float) -> Array:
+        return _ABOVE + _inside(1.0 - self.y.at(values), self.height)
 
-class Few(NumericAxisFormatter):
-    """Ticks at round numbers, few enough that their numbers do not run into each other."""
-
-    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
-        ticks = super().get_ticks(min_, max_)
-        return ticks[:: math.ceil(len(ticks) / _X_TICKS)]
-
-
-class Upright(NumericAxisFormatter):
-    """Ticks at round numbers of an axis that stands, each on a row of its own."""
-
-    def __init__(self, rows: Callable[[], int]) -> None:
-        super().__init__()
-        self._rows = rows
-
-    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
-        return every(super().get_ticks(min_, max_), min_, max_, self._rows())
+    def cells(self, lo: float, hi: float, axis: str) -> slice:
+        """Return the cells of an interval of an axis; without an end it goes on to that of the axis."""
+        scale, place, first, count = (
+            (self.x, self.columns, self.left, self.width) if axis == "x" else (self.y, self.rows, _ABOVE, self.height)
+        )
+        inner = [v if math.isfinite(v) and not math.isnan(float(scale.at(v))) else end
+                 for v, end in ((lo, min(scale.lo, scale.hi)), (hi, max(scale.lo, scale.hi)))]  # fmt: skip
+        at = sorted(int(np.clip(math.floor(float(place(v))), first, first + count - 1)) for v in inner)
+        return slice(at[0], at[1] + 1)
 
 
-class Degrees(Upright):
-    """Ticks of a phase: quarters of a turn, or as many of them as have rows of their own, with zero in the middle."""
-
-    def get_ticks(self, min_: float, max_: float, _: int = 8) -> list[float]:
-        quarters = [90.0 * n for n in range(math.ceil(min_ / 90.0), math.floor(max_ / 90.0) + 1)]
-        if legible(quarters, min_, max_, self._rows()):
-            return quarters
-        return [t for t in quarters if t % 180.0 == 0.0]
-
-    def get_labels_for_ticks(self, ticks: Sequence[float]) -> list[str]:
-        return [f"{t:.0f}" for t in ticks]
+def _inside(fraction: Array, count: int) -> Array:
+    return fraction * (count - 1.0 / DOWN) + 0.5 / DOWN
 
 
-def legible(ticks: Sequence[float], min_: float, max_: float, rows: int) -> bool:
-    """Return whether the numbers beside an axis of so many rows stand on rows of their own."""
-    return all((b - a) * (rows - 1) >= max_ - min_ for a, b in pairwise(ticks))
+def draw(panel: Panel, width: int, height: int, ground: str = "") -> Raster:
+    """Draw a panel of axes. ground: style of the background of zones, "" where a terminal has no shades."""
+    raster = Raster(width, height)
+    if width < _LEAST[0] or height < _LEAST[1]:
+        return raster
+    axes = _axes(panel, raster)
+    _frame(axes, panel)
+    colours = iter(SERIES * 9)
+    plain = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
+    for item in sorted(panel.items, key=_layer):
+        _draw_item(axes, item, colours, plain=plain, panel=panel, ground=ground)
+    _write_labels(axes, pretty(panel.y_label))
+    return raster
 
 
-def every(ticks: Sequence[float], min_: float, max_: float, rows: int) -> list[float]:
-    """Return every tick, every second, every third ..., so that they are legible."""
-    steps = (step for step in range(1, len(ticks)) if legible(ticks[::step], min_, max_, rows))
-    return list(ticks[:: next(steps, max(1, len(ticks)))])
+def _axes(panel: Panel, raster: Raster) -> Axes:
+    tall = raster.height - _ABOVE - _BELOW
+    left = 2
+    for _ in range(2):  # how wide the numbers are is known once they are
+        x, y = scales(panel, float(raster.width - left), 2.0 * tall)
+        left = 2 + max((len(words) for _, words in y.ticks(_most(tall, _ROWS_PER_TICK))), default=0)
+    return Axes(raster, x, y, left)
 
 
-class PanelPlot(PlotWidget):
-    """One panel of axes; keys of its own (+, -, arrows) would be taken from the form, so it takes no focus."""
-
-    can_focus = False
-
-    def __init__(self, panel: Panel, *, large: bool = True) -> None:
-        super().__init__(allow_pan_and_zoom=False)
-        self._panel, self._most = panel, _APART[large]
-        self._has_curves = any(isinstance(i, Line) and i.style != "points" for i in panel.items)
-        self._reach: tuple[list[float], list[float]] = ([], [])  # lowest and highest of what was drawn, along x and y
-
-    def on_mount(self, event: Mount) -> None:  # type: ignore[override]  # textual passes the event to who takes it
-        """Draw after the base class's handler, which textual calls later: it would clear what was drawn."""
-        super().on_mount()
-        event.prevent_default()
-        self.margin_top = 1
-        panel = self._panel
-        self.set_x_formatter(Decades(few=4) if panel.x_log else Few())
-        self.set_y_formatter(_vertical(panel, self._rows))
-        self.set_xlabel(panel.x_label.replace("[", "\\["))  # "[s]" would be taken for a style
-        ends = _span(panel)
-        colours = iter(SERIES * 4)
-        for item in sorted(panel.items, key=_layer):
-            self._draw(item, ends, colours)  # what comes later hides what was there
-        if panel.x_range is not None:
-            self.set_xlimits(*(_logged(np.array(panel.x_range), panel.x_log)))
-        elif self._reach[0]:
-            self.set_xlimits(*_with_margin(self._reach[0]))
-        if panel.y_range is not None:
-            lo, hi = panel.y_range
-            self.set_ylimits(*(_logged(np.array([lo, hi]), panel.y_log)))
-        elif panel.kind is PanelKind.PHASE:
-            self.set_ylimits(-195.0, 195.0)
-        elif self._reach[1]:
-            self.set_ylimits(*_with_margin(self._reach[1]))
-
-    def _rows(self) -> int:
-        return max(2, self.size.height - self.margin_top - self.margin_bottom - 2)
-
-    def _draw(self, item: object, ends: tuple[float, float], colours: Iterator[str]) -> None:
-        match item:
-            case Line():
-                colour = ROLES.get(item.role) or next(colours)
-                self._curve(item.x, item.y, colour, points=item.style == "points", label=item.label)
-            case Band():
-                for edge in (item.lo, item.hi):
-                    self._curve(item.x, edge, ROLES["quiet"], points=item.x.size > _FEW, label="")
-            case Heights():
-                self._curve(item.x, item.y, ROLES["data"], points=True, label="")
-            case Mark() | Span():
-                for at in (item.at,) if isinstance(item, Mark) else (item.lo, item.hi):
-                    self._straight(at, item.axis, ROLES.get(item.role, "white"), ends)
-
-    def _curve(self, x: Array, y: Array, colour: str, points: bool, label: str) -> None:
-        panel = self._panel
-        kept = thin(y)
-        x, y = _logged(x[kept], panel.x_log), _logged(y[kept], panel.y_log)
-        known = np.isfinite(x) & np.isfinite(y)
-        if not known.any():
-            return
-        x, y = x[known], y[known]
-        for reach, values in zip(self._reach, (x, y), strict=True):
-            reach += [float(values.min()), float(values.max())]
-        if points and (self._has_curves or x.size <= _FEW):
-            few = apart(x, self._most) if self._has_curves else slice(None)
-            self.scatter(x[few], y[few], marker="•", marker_style=colour, label=label or None)
-        elif points:
-            self.scatter(x, y, marker_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
-        else:
-            for part in unbroken(x, y, 180.0 if panel.kind is PanelKind.PHASE else math.inf):
-                self.plot(*part, line_style=colour, hires_mode=HiResMode.BRAILLE, label=label or None)
-
-    def _straight(self, at: float, axis: str, colour: str, ends: tuple[float, float]) -> None:
-        if not math.isfinite(at):
-            return
-        panel = self._panel
-        if axis == "x":
-            shown = _logged(np.array([at]), panel.x_log)
-            if np.isfinite(shown).all():
-                self.add_v_line(float(shown[0]), line_style=colour)
-        elif all(map(math.isfinite, ends)):
-            self._curve(np.array(ends), np.array([at, at]), colour, points=False, label="")
+def _most(cells: int, each: int) -> int:
+    return max(2, cells // each)
 
 
-def unbroken(x: Array, y: Array, jump: float) -> Iterator[tuple[Array, Array]]:
-    """Yield a curve in parts that go on without a jump of this height: from -180 to 180 degrees a phase moved by
-    nothing."""
-    edges = [0, *(np.flatnonzero(np.abs(np.diff(y)) > jump) + 1), x.size]
-    yield from ((x[a:b], y[a:b]) for a, b in pairwise(edges))
+def _frame(axes: Axes, panel: Panel) -> None:
+    """Draw axes, ticks, grid and units."""
+    raster, left, foot = axes.raster, axes.left, _ABOVE + axes.height
+    right = pretty(panel.x_label)
+    if len(right) > axes.width // 4:  # the numbers are to have the room
+        right = right.rpartition("[")[2].removesuffix("]")
+    raster.write(0, 0, pretty(panel.y_label), _AXIS)
+    for row in range(_ABOVE, foot):
+        raster.write(row, left - 1, "│", _AXIS)
+    raster.write(foot, left - 1, "└" + "─" * axes.width, _AXIS)
+    free = raster.width - len(right) - 2
+    raster.write(foot + 1, free + 2, right, _AXIS)
+    last = -1
+    for value, words in axes.x.ticks(_most(axes.width, _COLUMNS_PER_TICK)):
+        column = math.floor(float(axes.columns(value)))
+        for row in range(_ABOVE, foot):
+            raster.write(row, column, "┊", GRID, below=True)
+        raster.write(foot, column, "┴", _AXIS)
+        first = max(0, column - len(words) // 2)
+        if first > last and first + len(words) <= free + 1:
+            raster.write(foot + 1, first, words, _AXIS)
+            last = first + len(words)
+    used: set[int] = set()
+    for value, words in axes.y.ticks(_most(axes.height, _ROWS_PER_TICK)):
+        row = math.floor(float(axes.rows(value)))
+        if row in used:
+            continue
+        used |= {row}
+        raster.write(row, left - 2 - len(words), f"{words} ┤", _AXIS)
+        raster.write(row, left, "┈" * axes.width, GRID, below=True)
 
 
-def _layer(item: object) -> int:
-    """Return which items are drawn first: bands, then what is no longer so, curves, and the points of a measurement on
-    top."""
-    if isinstance(item, Band):
+def _layer(item: Item) -> int:
+    """Return which items are drawn first: zones, then what is no longer so, curves, and what was measured on top."""
+    if isinstance(item, Band | Span):
         return 0
     if getattr(item, "role", "") == "before":
         return 1
-    return 3 if isinstance(item, Line) and item.style == "points" else 2
+    return 3 if isinstance(item, Text) or (isinstance(item, Line) and item.style == "points") else 2
 
 
-def _vertical(panel: Panel, rows: Callable[[], int]) -> AxisFormatter:
-    if panel.kind is PanelKind.PHASE:
-        return Degrees(rows)
-    return Decades(few=2, rows=rows) if panel.y_log else Upright(rows)
+def _draw_item(axes: Axes, item: Item, colours: Iterator[str], *, plain: bool, panel: Panel, ground: str) -> None:
+    raster = axes.raster
+    match item:
+        case Line():
+            colour = ROLES.get(item.role) or next(colours)
+            _draw_line(axes, item, colour, plain=plain, turns=panel.kind is PanelKind.PHASE)
+        case Band():
+            for edge in (item.lo, item.hi):
+                raster.curve(axes.columns(item.x), axes.rows(edge), ROLES["quiet"])
+            for column in range(axes.left, raster.width) if ground else ():
+                inside = np.abs(axes.columns(item.x) - column - 0.5) <= max(1.0, axes.width / item.x.size)
+                if inside.any():
+                    raster.tint(axes.cells(float(item.lo[inside].min()), float(item.hi[inside].max()), "y"),
+                                slice(column, column + 1), ground)  # fmt: skip
+        case Span():
+            cells, whole = axes.cells(item.lo, item.hi, item.axis), slice(_ABOVE, _ABOVE + axes.height)
+            rows, columns = (cells, slice(axes.left, raster.width)) if item.axis == "y" else (whole, cells)
+            raster.tint(rows, columns, ground)
+            for at in (item.lo, item.hi):
+                _straight(axes, at, item.axis, ROLES.get(item.role, "white"), item.label if at == item.hi else "")
+        case Mark():
+            _straight(axes, item.at, item.axis, ROLES.get(item.role, "white"), item.label)
+        case Text():
+            _write_words(axes, item)
+
+
+def _write_words(axes: Axes, item: Text) -> None:
+    """Write words at their place; one beyond the axes is at their end, and words that have no room go on below."""
+    x, y = float(axes.columns(item.x)), float(axes.rows(item.y))
+    lines = wrap(pretty(item.words), axes.width)
+    if math.isnan(x) or math.isnan(y) or not lines:
+        return
+    longest = max(map(len, lines))
+    column = math.floor(min(max(x, axes.left), axes.raster.width - longest))
+    row = math.floor(min(max(y, _ABOVE), _ABOVE + axes.height - len(lines)))
+    for n, words in enumerate(lines):
+        axes.raster.write(row + n, column, words, ROLES.get(item.role, "white"))
+
+
+def _draw_line(axes: Axes, item: Line, colour: str, *, plain: bool, turns: bool) -> None:
+    """plain: curves are drawn too, upon which few points are. turns: it goes on at the other end after a turn."""
+    kept = thin(item.y)
+    x, y = axes.columns(item.x[kept]), axes.rows(item.y[kept])
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y, values = x[known], y[known], item.y[kept][known]
+    if not x.size:
+        return
+    if item.style != "points":
+        for a, b in _unbroken(values, 180.0 if turns else math.inf):
+            axes.raster.curve(x[a:b], y[a:b], colour, dashed=item.style == "dashed")
+    elif plain or x.size <= _FEW:
+        for n in apart(x, axes.width // _BESIDE) if plain else range(x.size):
+            axes.raster.write(math.floor(y[n]), math.floor(x[n]), "•", colour)
+    else:
+        axes.raster.dots(x, y, colour)
+    if item.label:
+        axes.labels.append((np.array([x, y]), f"{_SIGNS[item.style]} {pretty(item.label)}", colour))
+
+
+def _straight(axes: Axes, at: float, axis: str, colour: str, label: str) -> None:
+    """Draw a dashed line across, with its words at its end."""
+    place, raster = float((axes.columns if axis == "x" else axes.rows)(at)), axes.raster
+    inside = axes.left <= place < raster.width if axis == "x" else _ABOVE <= place < _ABOVE + axes.height
+    if not inside:
+        return
+    words = pretty(label)
+    for row in range(_ABOVE, _ABOVE + axes.height) if axis == "x" else ():
+        raster.write(row, math.floor(place), "╎", colour, below=True)
+    if axis == "y":
+        raster.write(math.floor(place), axes.left, "╌" * axes.width, colour, below=True)
+    if words and axis == "x":
+        column = math.floor(place) + 1
+        room = column + len(words) <= raster.width
+        raster.write(_ABOVE, column if room else max(axes.left, column - len(words) - 2), words, colour)
+    elif words:
+        row = math.floor(place)
+        raster.write(row - 1 if row > _ABOVE else row + 1, raster.width - len(words), words, colour)
+
+
+def _write_labels(axes: Axes, unit: str) -> None:
+    """Write the words of each curve beside it, where nothing else is and no other curve is as near; those for which
+    there is no such place in the row above the axes, beside its unit, or wherever there is room."""
+    raster, end = axes.raster, axes.raster.width
+    for n, (own, words, style) in enumerate(axes.labels):
+        others = [curve for m, (curve, *_) in enumerate(axes.labels) if m != n]
+        place = _beside(axes, own, others, len(words) + 2)
+        if place is None and end - len(words) > len(unit):
+            place = 0, end - len(words) - 1
+            end -= len(words) + 2
+        place = place or _beside(axes, None, (), len(words) + 2)
+        if place is not None:
+            raster.write(place[0], place[1] + 1, words, style)
+
+
+def _beside(axes: Axes, own: Array | None, others: Sequence[Array], length: int) -> tuple[int, int] | None:
+    """Return row and column of `length` free cells beside a curve, or anywhere, as far right as there are such."""
+    area = slice(_ABOVE, _ABOVE + axes.height), slice(axes.left, axes.raster.width)
+    free = axes.raster.free[area]
+    if length > free.shape[1]:
+        return None
+    clear = sliding_window_view(free, length, axis=1).all(axis=-1)
+    rows = np.arange(free.shape[0])[:, None] + _ABOVE
+    near = np.zeros(clear.shape) if own is None else _distance(own, rows, axes, length)
+    rival = np.min([np.full(clear.shape, np.inf), *(_distance(o, rows, axes, length) for o in others)], axis=0)
+    fits = clear & (near <= _NEAR) & (rival > near + 0.5)
+    if not fits.any():
+        return None
+    cost = near - 0.08 * np.arange(clear.shape[1])
+    row, column = np.unravel_index(int(np.argmin(np.where(fits, cost, np.inf))), clear.shape)
+    return int(row) + _ABOVE, int(column) + axes.left
+
+
+def _distance(curve: Array, rows: NDArray[np.int_], axes: Axes, length: int) -> Array:
+    """Return (rows, columns) how many rows lie between a curve and words that begin in a cell."""
+    by_column = np.full((rows.size, axes.width), np.inf)
+    for column, row in {(math.floor(x) - axes.left, math.floor(y)) for x, y in curve.T}:
+        if 0 <= column < axes.width:
+            by_column[:, column] = np.minimum(by_column[:, column], np.abs(rows[:, 0] - row))
+    return np.asarray(sliding_window_view(by_column, length, axis=1).min(axis=-1))
+
+
+def _unbroken(values: Array, jump: float) -> Iterable[tuple[int, int]]:
+    """Return ends of the parts of a curve that go on without a jump of this height: from -180 to 180 degrees a phase
+    moved by nothing."""
+    edges = [0, *(np.flatnonzero(np.abs(np.diff(values)) > jump) + 1), values.size]
+    return pairwise(map(int, edges))
 
 
 def apart(x: Array, most: int) -> NDArray[np.intp]:
@@ -232,100 +301,60 @@ def thin(y: Array) -> NDArray[np.intp]:
     return np.unique(ends)
 
 
-def _with_margin(reach: Sequence[float]) -> tuple[float, float]:
-    """Return what lies on the edge of the axes may be lost to rounding: a little more than what is drawn."""
-    lo, hi = min(reach), max(reach)
-    margin = _MARGIN * (hi - lo) or abs(hi) * _MARGIN or _MARGIN
-    return lo - margin, hi + margin
+class PanelPlot(Static):
+    """One panel, drawn anew for the room that there is."""
 
+    DEFAULT_CSS = "PanelPlot { width: 1fr; height: 1fr; }"
 
-def _logged(values: Array, log: bool) -> Array:
-    """Return log10 of values if the axis is logarithmic, NaN without a logarithm."""
-    if not log:
-        return np.asarray(values, dtype=float)
-    out = np.full(np.shape(values), np.nan)
-    positive = np.asarray(values) > 0
-    out[positive] = np.log10(np.asarray(values)[positive])
-    return out
+    def __init__(self, panel: Panel) -> None:
+        super().__init__(markup=False)
+        self._panel = panel
 
-
-def _span(panel: Panel) -> tuple[float, float]:
-    xs = [item.x for item in panel.items if isinstance(item, Line | Band | Heights) and item.x.size]
-    return (min(float(np.nanmin(x)) for x in xs), max(float(np.nanmax(x)) for x in xs)) if xs else (math.nan, math.nan)
-
-
-class MapView(Static):
-    """A map as wide as there is room for it: a row that is too long would go on in the next line."""
-
-    def __init__(self, item: Image, panel: Panel, rows: int) -> None:
-        super().__init__(classes="map")
-        self._item, self._panel, self._rows = item, panel, rows
+    def show(self, panel: Panel) -> None:
+        """Show another panel in the place of this one."""
+        self._panel = panel
+        self._draw()
 
     def on_mount(self) -> None:
-        self._draw(_NARROWEST)
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._draw())
 
-    def on_resize(self, event: Resize) -> None:
-        self._draw(event.size.width)
+    def on_resize(self) -> None:
+        self._draw()
 
-    def _draw(self, columns: int) -> None:
-        room = max(_NARROWEST, columns) - map_left(self._panel) - 1
-        self.update(map_text(self._item, self._panel, width=room, height=self._rows))
+    def _draw(self) -> None:
+        width, height = self.size
+        kept = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
+        if isinstance(kept, Image):
+            room = max(_NARROWEST, width) - map_left(self._panel) - 1
+            self.update(map_text(kept, self._panel, width=room, height=max(3, height - 2)))
+        elif kept is not None:
+            self.update(plan(kept, width, height).text())
+        else:
+            few = self.app.has_class("-few-colours")
+            ground = "" if few else f"on {self.app.theme_variables['panel']}"
+            self.update(draw(self._panel, width, height, ground).text())
 
 
 class PanelView(Vertical):
-    """Title, what the colours mean, and the axes; a map as shades."""
+    """A card with a panel: its title stands in the border."""
 
-    def __init__(self, panel: Panel, *, large: bool = False, titled: bool = True) -> None:
-        """Make the plot. large: on a screen of its own; titled: False if its title stands above already."""
-        super().__init__(classes="panel")
-        self._panel, self._large, self._titled = panel, large, titled
+    DEFAULT_CSS = "PanelView { width: 1fr; height: 1fr; }"
+
+    def __init__(self, panel: Panel, *, titled: bool = True) -> None:
+        """Make the card. titled: False if its title stands above already."""
+        super().__init__(classes="panel card")
+        self._panel, self._titled = panel, titled
 
     def compose(self) -> ComposeResult:
-        yield Static(panel_head(self._panel, titled=self._titled), classes="panel-head")
-        drawn = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
-        if isinstance(drawn, Image):
-            yield MapView(drawn, self._panel, self.app.size.height - 8 if self._large else MAP_ROWS)
-        elif drawn is not None:
-            yield Static(plan(drawn, 56 if self._large else 32), markup=False)
-        else:
-            yield PanelPlot(self._panel, large=self._large)
+        yield PanelPlot(self._panel)
 
+    def on_mount(self) -> None:
+        self.show(self._panel)
 
-def panel_head(panel: Panel, *, titled: bool = True) -> Text:
-    """Return the title of a panel with the colours of its curves."""
-    text = Text.assemble((f"{panel.title}  " if titled else "", "bold"), panel.y_label)
-    colours = iter(SERIES * 4)
-    for item in panel.items:
-        if isinstance(item, Line):
-            colour = ROLES.get(item.role) or next(colours)
-            if item.label:
-                text.append(_entry("•" if item.style == "points" else "━", item.label), colour)
-        elif isinstance(item, Mark) and item.label and item.axis == "x":
-            text.append(_entry("│", item.label), ROLES.get(item.role, "white"))
-    return text
-
-
-def _entry(sign: str, label: str) -> str:
-    """Return an entry of a legend; its words stay in the line of their sign."""
-    return "  " + f"{sign} {label}".replace(" ", "\N{NO-BREAK SPACE}")
-
-
-def plan(item: Heights, width: int = 56, height: int = 9) -> str:
-    """Draw numbered points with their heights, seen from above. A number for which there is no room beside another one
-    stands on the next free row."""
-    words = [f"{number}:{z:+.1f}" for number, z in enumerate(item.z, 1)]
-    longest = max(map(len, words), default=0)
-    rows = [" " * (width + longest)] * max(height, len(words))
-    for word, x, y in zip(words, item.x, item.y, strict=True):
-        start = round((width - 1) * _fraction(x, item.x))
-        end = start + len(word)
-        wanted = round((height - 1) * (1 - _fraction(y, item.y)))
-        nearest = sorted(range(len(rows)), key=lambda row: abs(row - wanted))
-        row = next(r for r in nearest if not rows[r][max(0, start - 1) : end + 1].strip())
-        rows[row] = rows[row][:start] + word + rows[row][end:]
-    return "\n".join(row.rstrip() for row in rows).rstrip() + f"\n{item.label}"
-
-
-def _fraction(value: float, among: Array) -> float:
-    lo, hi = float(np.min(among)), float(np.max(among))
-    return 0.5 if hi == lo else (float(value) - lo) / (hi - lo)
+    def show(self, panel: Panel) -> None:
+        """Show another panel in the place of this one."""
+        self._panel = panel
+        if self._titled:
+            self.border_title = pretty(panel.title).replace("[", r"\[")
+        for plot in self.query(PanelPlot):
+            plot.show(panel)

@@ -73,8 +73,8 @@ def look(
 def _contents(folder: Path) -> tuple[list[str], list[PickableFile]]:
     with os.scandir(folder) as found:
         seen = [entry for entry in found if not entry.name.startswith(".")]
-    folders = sorted(entry.name for entry in seen if entry.is_dir())
-    files = [entry for entry in seen if entry.is_file() and Path(entry.name).suffix.lower() in TYPES]
+    folders = sorted(entry.name for entry in seen if os.path.isdir(entry))  # entry.is_dir raises at links in a circle
+    files = [entry for entry in seen if os.path.isfile(entry) and Path(entry.name).suffix.lower() in TYPES]
     listed = [PickableFile(entry.name, entry.stat().st_mtime, entry.stat().st_size) for entry in files]
     return folders, sorted(listed, key=lambda entry: (-entry.mtime, entry.name))
 
@@ -83,9 +83,8 @@ def new_photo(folder: Path, within_s: float = _TOGETHER_S) -> str:
     """Return the name of the photo that was written to a folder last, within so many seconds; "" without one."""
     try:
         with os.scandir(folder) as found:
-            photos = [
-                (entry.stat().st_mtime, entry.name) for entry in found if Path(entry.name).suffix.lower() in _PHOTOS
-            ]
+            there = [entry for entry in found if os.path.isfile(entry)]
+            photos = [(e.stat().st_mtime, e.name) for e in there if Path(e.name).suffix.lower() in _PHOTOS]
     except OSError:
         return ""
     written, name = max(photos, default=(0.0, ""))

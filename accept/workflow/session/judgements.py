@@ -1,7 +1,9 @@
 """Judgements of a unit: those of its steps and of the whole, as long as they hold, and what is still open."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from statistics import median
 from typing import Any
 
 from accept.base.documents.results import Information, UnitRecord
@@ -20,17 +22,23 @@ from checks.picture import Panel
 from checks.verdict import Finding, Verdict
 
 _ENTRIES = (ValueTaken.KIND, RecordLinked.KIND, RecordRefused.KIND, StepJudged.KIND, ReadingFailed.KIND)  # hold no unit
+FEWEST = 5  # values of a quantity; of fewer none is usual
 Held = Callable[[Mapping[str, Sequence[str]]], Sequence[str]]
 Weigh = Callable[[Sequence[Finding], Sequence[Information], Mapping[str, Any] | None], Sequence[Finding]]
 
 
 class Judgements:
-    """Knows what was found at one unit. usual: what the last units of its kind showed, by quantity."""
+    """Knows what was found at one unit. before: what each of the last units of its kind measured, by quantity, the
+    newest first; earlier: the same as values by quantity; usual: the median of these."""
 
-    def __init__(self, unit: OpenUnit, gap: UnitGap, held: Held, weigh: Weigh, usual: Mapping[str, float]) -> None:
+    def __init__(
+        self, unit: OpenUnit, gap: UnitGap, held: Held, weigh: Weigh, before: Sequence[Mapping[str, float]]
+    ) -> None:
         """held: returns the nonconformances that hold the unit, from the notes on its steps; weigh: findings of several
         steps beside each other, with what else they measured and what the gap analysis found."""
-        self._unit, self._gap, self._holding, self._weigh, self.usual = unit, gap, held, weigh, usual
+        self._unit, self._gap, self._holding, self._weigh, self.before = unit, gap, held, weigh, before
+        self.earlier = earlier_values(before)
+        self.usual: Mapping[str, float] = {quantity: median(values) for quantity, values in self.earlier.items()}
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
         self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
@@ -141,6 +149,15 @@ class Judgements:
         with unit.mutex:  # an entry that came meanwhile may be in the folder: it is judged by itself
             if unit.state(name).upto == judged.upto and self._own(name) != judged:
                 unit.append(judged)
+
+
+def earlier_values(units: Sequence[Mapping[str, float]]) -> dict[str, Sequence[float]]:
+    """Return the values of each quantity over units that measured it."""
+    values = defaultdict[str, list[float]](list)
+    for unit in units:
+        for quantity, value in unit.items():
+            values[quantity].append(value)
+    return {quantity: found for quantity, found in values.items() if len(found) >= FEWEST}
 
 
 def _is_reserved(finding: Finding) -> bool:

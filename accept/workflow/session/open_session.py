@@ -1,9 +1,8 @@
 """Opening a unit, with what the rest of the bench knows about it."""
 
-from collections import defaultdict
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from statistics import median
 
 from accept.judging import consistent
 from accept.judging.reservations import measured_values, open_nonconformances
@@ -14,24 +13,23 @@ from accept.workflow.session import Session
 from specs.bench import BenchFile
 from specs.spec import Spec
 
-UNITS = 20  # of which the median is usual, so that a drift of the bench is seen at the bench
-FEWEST = 5  # values; fewer say nothing
+UNITS = 20  # whose median is usual, so that a drift of the bench is seen at the bench
 _LOOKED_AT = 60  # judgements: some are of the same unit, or of another kind
 
 
-def usual_values(store: Store, kind: str, but: str = "") -> dict[str, float]:
-    """Return the median of each quantity over the last judgements of units of a kind, each unit once. but: serial of
-    the unit that is compared with them. Raises StoreError."""
-    values, serials = defaultdict[str, list[float]](list), {but}
+def earlier_units(store: Store, kind: str, but: str = "") -> list[Mapping[str, float]]:
+    """Return what the last units of a kind measured, each unit once, the newest first. but: serial of the unit that is
+    compared with them. Raises StoreError."""
+    values: list[Mapping[str, float]] = []
+    serials = {but}
     for event in store.newest(UnitJudged.KIND, _LOOKED_AT):
         if event.subject in serials or len(serials) > UNITS:
             continue
         result = UnitJudged.of(event).result
         if result.kind == kind:
             serials.add(event.subject)
-            for quantity, value in measured_values(result).items():
-                values[quantity].append(value)
-    return {quantity: median(found) for quantity, found in values.items() if len(found) >= FEWEST}
+            values.append(measured_values(result))
+    return values
 
 
 def open_session(
@@ -51,5 +49,5 @@ def open_session(
     return Session(
         store, home, spec, operator, serial, partial(refuse_passphrases, home), stated, training, simulated,
         held=partial(open_nonconformances, store, serial), weigh=consistent,
-        usual=usual_values(store, spec.kind, but=serial),
+        before=earlier_units(store, spec.kind, but=serial),
     )  # fmt: skip

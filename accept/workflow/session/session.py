@@ -1,6 +1,6 @@
 """An open unit with its five subjects."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from accept.store import Store
@@ -31,10 +31,10 @@ class Session(OpenUnit):
         *,
         held: Held,
         weigh: Weigh,
-        usual: Mapping[str, float],
+        before: Sequence[Mapping[str, float]],
     ) -> None:
         """Open a unit as `OpenUnit`, `Judgements` have it. Raises as `OpenUnit`."""
         super().__init__(store, home, spec, operator, serial, refuse, stated, training, simulated)
         self.entries, self.records, self.undo = Entries(self), Records(self), Undo(self)
         self.gap = UnitGap(self)
-        self.judgements = Judgements(self, self.gap, held, weigh, usual)
+        self.judgements = Judgements(self, self.gap, held, weigh, before)

@@ -22,7 +22,7 @@ WIDER = 10.0  # a prior that says next to nothing, and still keeps a search from
 
 
 @dataclass(frozen=True, eq=False)
-class Explanation:
+class JointFit:
     """An explanation fitted to A of all conditions. unseen: B of all."""
 
     response: Augmented
@@ -48,10 +48,10 @@ class Conditions:
     trials: tuple[ConditionTrial, ...]
 
     def thinned(self, bins: int) -> "Conditions":
-        trials = tuple(t.select(self.A.channels, bins) for t in self.trials)
+        trials = tuple(replace(t, A=t.A.thinned(bins), B=t.B.thinned(bins)) for t in self.trials)
         return Conditions(self.A.thinned(bins), self.B.thinned(bins), trials)
 
-    def explained(self, response: Augmented, at: Mapping[str, float], far: bool = False) -> Explanation:
+    def explained(self, response: Augmented, at: Mapping[str, float], far: bool = False) -> JointFit:
         """Return a response fitted to all conditions from values nearby; far: also over wide tolerances, because
         they may lie elsewhere. Raises ModelError."""
         every, sets = together(response, self.trials), to_fit(self.A, self.trials)
@@ -64,7 +64,7 @@ class Conditions:
         if not fits:
             raise ModelError("no values of the explanation come near these responses")
         best = min(fits, key=lambda f: f.cost)
-        return Explanation(response, every, best, (self.B, *(marked(t.B, t.name) for t in self.trials)))
+        return JointFit(response, every, best, (self.B, *(marked(t.B, t.name) for t in self.trials)))
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:

@@ -49,11 +49,6 @@ class ConditionTrial:
     def words(self) -> str:
         return self.kind.said(self.value)
 
-    def select(self, channels: Sequence[str], bins: int | None = None) -> "ConditionTrial":
-        """Return the trial with some of its channels, thinned to at most so many bins."""
-        A, B = (d.select(channels) for d in (self.A, self.B))
-        return replace(self, A=A, B=B) if bins is None else replace(self, A=A.thinned(bins), B=B.thinned(bins))
-
 
 def shift_of(
     name: str,

@@ -5,22 +5,20 @@ calibrated parameters are one without a fit of its own."""
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
 
-from checks.gap.decision.gates import SMALL_BESIDE, Claim
+from checks.gap.decision.evidence import SMALL_BESIDE
+from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.augmented import Member
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Alternative, Explanation
 
 OTHER_VALUES = "other values of"
-M = TypeVar("M", bound=Member, covariant=True)
 
 
-def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> float:
+def needed_apart(claim: Claim, others: Iterable[Effect], table: Thresholds) -> float:
     """Return the difference in twice the log-likelihood from which on an explanation with other members is worse than
     one with a claim's effect. Places of elements of one kind are distinguished by a model that is right to its
     tolerance only, and small differences of large gains are beyond that."""
@@ -30,22 +28,14 @@ def needed_apart(claim: Claim, others: Iterable[Member], table: Thresholds) -> f
 
 
 @dataclass(frozen=True, eq=False)
-class Alternative(Generic[M]):
-    """A member of a class, and the whole explanation with it."""
-
-    member: M
-    whole: Candidate
-
-
-@dataclass(frozen=True, eq=False)
 class Alternatives:
     """claim: the best; rivals: all that cannot be distinguished; fitted: other adequate explanations, with rivals among
     them; whole: the explanation with the claim."""
 
     claim: Claim
     rivals: Sequence[Ambiguous]
-    fitted: Sequence[Candidate]
-    whole: Candidate
+    fitted: Sequence[Explanation]
+    whole: Explanation
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -9,16 +9,16 @@ from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.gap.conditions.joint import Conditions
-from checks.gap.decision.beside_gates import judge_claims_beside
 from checks.gap.decision.detection_limits import detection_limits, spring_limits
 from checks.gap.decision.elements import found_elements
+from checks.gap.decision.evidence import chance_of_gain
 from checks.gap.decision.experiments import (
     FinalExplanation,
     check_by_experiments,
     disagreements,
     resolve_by_experiments,
 )
-from checks.gap.decision.gates import Claim, accepted, chance_of_gain, judge_claims
+from checks.gap.decision.gates import Claim, accepted, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
 from checks.gap.decision.result import (
@@ -33,29 +33,18 @@ from checks.gap.decision.result import (
     Tested,
     Tried,
 )
-from checks.gap.decision.unidentified import from_window, static_bend, unidentified_effects
-from checks.gap.decision.verdict import (
-    early_channels,
-    forms_of_drive_lag,
-    imitable,
-    indistinguishable,
-    lags_alike,
-    lags_of_bench,
-    losses_of_bench,
-    named_effects,
-    scale_or_lopsided,
-    verdict_of,
-)
+from checks.gap.decision.rivals import BESIDES, RULES, indistinguishable, lags_of_bench, rivals_by
+from checks.gap.decision.unidentified import static_bend, unidentified_effects
+from checks.gap.decision.verdict import named_effects, verdict_of
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import ALL
 from checks.gap.preparation.inputs import Problem
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
-from checks.gap.search.disagreement import with_disagreement
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import judge
+from checks.gap.statistics.disagreement import with_disagreement
 from checks.gap.statistics.projected_residual import Projected, at_known
 from checks.model.channel_paths import LATENCIES
 from specs.units import model_label
@@ -67,32 +56,30 @@ PARTS = ("joint.", "encoder.", "bench.payload_kg", "constants.ga_", "constants.g
 BEYOND_FILE, BEYOND_BATCH = 3.1, 4.5
 
 
-def build_result(problem: Problem, search: Search, result: SearchResult, whole: Candidate) -> Result:
-    """Return the result of the whole analysis. result: of the search, on the search's channels; whole: the base model
-    judged on all bins of all channels."""
-    table, base, slow, channels = problem.table, result.base, problem.slow, search.A.channels
-    left_out = [c for c in problem.A.channels if c not in channels]
+def build_result(problem: Problem, search: Search, result: SearchResult, whole: Explanation) -> Result:
+    """Return the result of the whole analysis. result: of the search; whole: the base model judged on all bins."""
+    table, base, slow = problem.table, result.base, problem.slow
     search.say("fitting all bins")
-    result, judged = _judge_needed(problem, search, result, left_out)
-    decision, shown_before, after, experiments = _decide(problem, search, result, whole, judged)
+    result, judged = _judge_needed(problem, search, result)
+    decision, shown_before, after, experiments = _decide(problem, result, whole, judged)
     full, good = decision.full, accepted(decision.claims)
-    rivals = decision.rivals if result.steps else choose_experiments(decision, search.A, problem.inputs.trials)
+    rivals = decision.rivals if result.best.beside else choose_experiments(decision, search.A, problem.inputs.trials)
     named = named_effects(good, decision.fit, problem.early, problem.in_slow, full.response.model)
-    rivals = (*rivals, *losses_of_bench(full, good), *scale_or_lopsided(full, good))
+    rivals = (*rivals, *rivals_by(BESIDES, full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
     classes = [replace(decision, rivals=rivals).alternatives(c) for c in good]
-    elements = found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c, channels)[0])
+    elements = found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c)[0])
     proposed = _predicted(rivals)
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
-    everywhere = replace(full, unseen=problem.B)
     as_given = whole.adequate and result.best is base
-    missing = _missing(problem, decision, everywhere, left_out, as_given)
+    missing = () if as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)
+    missing += static_bend(slow, table)
     missing += disagreements(experiments, problem.depends_on_level)
     missing += () if missing or named or elements or rivals else _beyond_parts(full)
     verdict = verdict_of(full.adequate, (*named, *elements), rivals, missing)
     before = _left_before(whole, result, full, problem.B)
-    gap_before = gaps_of(replace(shown_before, unseen=problem.measured_B) if problem.early else shown_before)
+    gap_before = gaps_of(shown_before.on(problem.measured_B) if problem.early else shown_before)
     limits: dict[str, dict[str, float]] = {}
     springs: dict[str, float] = {}
     if verdict == NO_MISSING:
@@ -114,7 +101,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
         after=after.seen,
         fit=decision.fit,
         p_before=whole.adequacy.p,
-        p_after=everywhere.adequacy.p,
+        p_after=full.adequacy.p,
         early=problem.early,
         slow=slow,
         notes=(
@@ -136,29 +123,14 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     )
 
 
-def _missing(
-    problem: Problem, decision: FinalExplanation, everywhere: Candidate, left_out: Sequence[str], as_given: bool
-) -> tuple[Nameless, ...]:
-    """Return what no effect explains: unidentified effects, unless the base model explains all as it was given; the
-    channels that were left out of the search, with the explanation on all channels; a bend of the slow records."""
-    slow, table = problem.slow, problem.table
-    return (
-        *(() if as_given else unidentified_effects(decision.full, decision.fit, decision.claims, slow, table)),
-        *(from_window(everywhere, channel, False) for channel in left_out),
-        *static_bend(slow, table),
-    )
-
-
-def _judge_needed(
-    problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]
-) -> tuple[SearchResult, FinalExplanation]:
+def _judge_needed(problem: Problem, search: Search, result: SearchResult) -> tuple[SearchResult, FinalExplanation]:
     """Return the result of a search and its judgement, both without effects that are too weak for a name."""
-    judged = _judge(problem, search, result, left_out)
-    weak = frozenset() if result.steps else _too_weak(judged.claims, problem.table)
+    judged = _judge(problem, search, result)
+    weak = frozenset() if result.best.beside else _too_weak(judged.claims, problem.table)
     if not weak:
         return result, judged
     reduced = _without(search, result, weak)
-    alone = _judge(problem, search, reduced, left_out)
+    alone = _judge(problem, search, reduced)
     # with no name without it, the names stand with it only, and it stays without one
     return (reduced, alone) if accepted(alone.claims) else (result, judged)
 
@@ -173,33 +145,32 @@ def _too_weak(claims: Sequence[Claim], table: Thresholds) -> frozenset[str]:
 def _without(search: Search, result: SearchResult, weak: frozenset[str]) -> SearchResult:
     """Return the result without effects that are too weak for a name, fitted again: at the values of a fit with them
     the others would look wrong. Its rivals are all that were tried with one other effect."""
-    response = result.best.response.without(*weak)
-    best = search.refit(response, response.own_values(result.best.at))
+    less = result.best.without(*weak)
+    best = search.refit(less.response, less.at)
     rivals = [c for c in result.tried if len(c.names) == len(best.names) and len(c.names - best.names) == 1]
     return replace(result, best=best, rivals=tuple(rivals))
 
 
 def _decide(
-    problem: Problem, search: Search, result: SearchResult, whole: Candidate, judged: FinalExplanation
-) -> tuple[FinalExplanation, Candidate, Candidate, tuple[Tested, ...]]:
+    problem: Problem, result: SearchResult, whole: Explanation, judged: FinalExplanation
+) -> tuple[FinalExplanation, Explanation, Explanation, tuple[Tested, ...]]:
     """Return the explanation of all bins that passed the gates, with its rivals, told apart by experiments if there
     were any; the models with the gaps before and after; and the experiments, which leave no name of an explanation that
     one of them refutes."""
-    channels = search.A.channels
-    A, B, trials = problem.A.select(channels), problem.B.select(channels), problem.trials(channels)
-    decision, before, after = _withdraw(judged, whole, result.base, problem.B)
+    A, B, trials = problem.A, problem.B, problem.trials
+    decision, before, after = _withdraw(judged, whole, result.base)
     decision = _with_rivals(decision, result)
-    if decision.rivals and trials and not result.steps:
+    if decision.rivals and trials and not result.best.beside:
         decision = resolve_by_experiments(decision, result, Conditions(A, B, trials))
-        decision, before, after = _withdraw(decision, whole, result.base, problem.B)
+        decision, before, after = _withdraw(decision, whole, result.base)
     tested = check_by_experiments(decision.full.response, decision.fit, A, B, trials)
     against = [t for t in tested if t.refutes]
     if against and accepted(decision.claims) and contradiction(judged.full.response, judged.fit, B) is None:
-        decision, before, after = _withdraw(decision.refuted_by(against[0]), whole, result.base, problem.B)
+        decision, before, after = _withdraw(decision.refuted_by(against[0]), whole, result.base)
     return decision, before, after, tested
 
 
-def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dataset) -> Projected:
+def _left_before(whole: Explanation, result: SearchResult, full: Explanation, B: Dataset) -> Projected:
     """Return what the base model leaves of B: at the values of the whole explanation if that explains all by effects. A
     calibration without the effects has followed what it cannot explain, and shows it everywhere."""
     if not (result.best.response.counted and full.adequate):
@@ -207,49 +178,38 @@ def _left_before(whole: Candidate, result: SearchResult, full: Candidate, B: Dat
     return at_known(result.base.response, B, result.base.response.own_values(full.at))
 
 
-def _judge(problem: Problem, search: Search, result: SearchResult, left_out: Sequence[str]) -> FinalExplanation:
+def _judge(problem: Problem, search: Search, result: SearchResult) -> FinalExplanation:
     """Return the explanation fitted to all bins, with its claims judged by the gates."""
-    best, channels = result.best, search.A.channels
-    fit, full = fit_all_bins(problem, best, channels, beside=bool(result.steps))
-    if result.steps:
-        return FinalExplanation(fit, full, *judge_claims_beside(search, result.steps, fit, problem.slow))
-    if best is result.base:
-        return FinalExplanation(fit, full, ())
-    claims = judge_claims(search, result, fit, full, problem.slow, left_out)
-    if accepted(claims) and not full.adequate:  # the intervals of the names have to hold beside what is left
-        fit, full = fit_all_bins(problem, full, channels, beside=True)
-    return FinalExplanation(fit, full, claims)
+    best = result.best
+    fit, full = fit_all_bins(problem, best, beside=best.beside)
+    claims, rivals = judge_claims(search, result, fit, full, problem.slow)
+    if accepted(claims) and not (best.beside or full.adequate):  # intervals have to hold beside what is left
+        fit, full = fit_all_bins(problem, full, beside=True)
+    return FinalExplanation(fit, full, claims, rivals)
 
 
-def fit_all_bins(
-    problem: Problem, c: Candidate, channels: Sequence[str], *, beside: bool = False
-) -> tuple[Fit, Candidate]:
+def fit_all_bins(problem: Problem, c: Explanation, *, beside: bool = False) -> tuple[Fit, Explanation]:
     """Return the fit of a candidate's response to all bins of A from its values, and the candidate at its end. beside:
     with the disagreement that the candidate leaves in the covariance."""
-    A, B, response = problem.A.select(channels), problem.B.select(channels), c.response
+    A, response = problem.A, c.response
     if beside:
-        A = with_disagreement(A, replace(c, unseen=A).residual)
+        A = with_disagreement(A, c.on(A).residual)
     start = FitPoint(tuple(response.free(c.at)), c.cost)
     fit = finish(response, A, start, joint=response.model.joint)
-    return fit, Candidate(response, fit.at, fit.cost, B, problem.table)
+    return fit, Explanation(response, fit.at, fit.cost, problem.B, problem.table)
 
 
 def _withdraw(
-    decision: FinalExplanation, whole: Candidate, base: Candidate, B: Dataset
-) -> tuple[FinalExplanation, Candidate, Candidate]:
+    decision: FinalExplanation, whole: Explanation, base: Explanation
+) -> tuple[FinalExplanation, Explanation, Explanation]:
     """Withdraw the names that widen a channel's gap, and return the models with the gaps before and after. Before is
     the base model as it was calibrated, as it was given, or with the calibration (and the damping) of the whole
     explanation."""
-    full = decision.full
-    bare = replace(base.response, model=full.response.model)
-    given = {p.name: p.begin for p in base.response.free()}
-    without = [
-        whole,
-        replace(base, at=given, unseen=B),
-        replace(base, at=base.response.own_values(full.at), unseen=B),
-        replace(base, response=bare, at=bare.own_values(full.at), unseen=B),
-    ]
-    claims, before, after = withdraw_harmful(without, replace(full, unseen=B), decision.claims)
+    full, given = decision.full, base.response
+    bare = replace(given, model=full.response.model)
+    at_values = [(given, given.own_values({})), *((r, r.own_values(full.at)) for r in (given, bare))]
+    without = [whole, *(replace(whole, response=r, at=at) for r, at in at_values)]
+    claims, before, after = withdraw_harmful(without, full, decision.claims)
     return replace(decision, claims=claims), before, after
 
 
@@ -257,10 +217,9 @@ def _with_rivals(decision: FinalExplanation, result: SearchResult) -> FinalExpla
     """Return the decision with all that its responses cannot distinguish from the names that passed."""
     full, good = decision.full, accepted(decision.claims)
     beside = tuple(a for a in decision.rivals if any(c.effect.name in a.effects for c in good))
-    if result.steps:
-        full = replace(full, unseen=with_disagreement(full.unseen, full.residual))
-    rivals = (*indistinguishable(result, good, full.table), *beside, *imitable(full, good), *lags_alike(full, good))
-    rivals += (*forms_of_drive_lag(full, good), *early_channels(full, good))
+    if result.best.beside:
+        full = full.on(with_disagreement(full.unseen, full.residual))
+    rivals = (*indistinguishable(result, good, full.table), *beside, *rivals_by(RULES, full, good))
     return replace(decision, rivals=rivals, fitted=result.rivals)
 
 
@@ -269,7 +228,7 @@ def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str,
     found beside a disagreement; the best of what was tried; and what could not be evaluated."""
     base = result.base
     refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in claims if c.reasons]
-    others = ((m, b.lnL - s.before.lnL, s.member.name) for s in result.steps for m, b in s.rivals[:RIVALS])
+    others = ((r.member, r.whole.lnL - s.before.lnL, s.member.name) for s in result.steps for r in s.rivals[:RIVALS])
     near = [Tried((m.label,), gain, chance_of_gain(gain, m), f"in the place of {name}") for m, gain, name in others]
     ranked = sorted(result.tried, key=lambda c: -c.lnL)
     every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])
@@ -277,22 +236,16 @@ def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str,
     return (*refused, *every, *near, *failed)
 
 
-def steps_of(after: Candidate) -> tuple[StepShown, ...]:
+def steps_of(after: Explanation) -> tuple[StepShown, ...]:
     """Return the named effects in order of what each explains, at the values of the joint fit, with G by channel after
     each; first the model without any."""
-    rest = list(after.response.effects)
-    response = after.response.without(*(e.name for e in rest))
-
-    def channel_G(r: Augmented) -> dict[str, float]:
-        return replace(after, response=r, at=r.own_values(after.at)).channel_G
-
-    out = [StepShown(None, channel_G(response))] if rest else []
+    rest = {e.name for e in after.response.effects}
+    out = [StepShown(None, after.without(*rest).channel_G)] if rest else []
     while rest:
-        tried = [(e, channel_G(response.with_member(e))) for e in rest]
-        effect, channels = min(tried, key=lambda each: sum(np.log(max(G, 1.0)) for G in each[1].values()))
-        response = response.with_member(effect)
-        rest.remove(effect)
-        out.append(StepShown(effect.name, channels))
+        tried = {n: after.without(*(rest - {n})).channel_G for n in after.response.names if n in rest}
+        name = min(tried, key=lambda n: sum(np.log(max(G, 1.0)) for G in tried[n].values()))
+        rest.remove(name)
+        out.append(StepShown(name, tried[name]))
     return tuple(out)
 
 
@@ -316,32 +269,31 @@ def _ended(search: Search, verdict: str) -> tuple[str, ...]:
     return ("the search ended at its bound of work; what it had not tried may explain more",)
 
 
-def _lags_of_bench(full: Candidate) -> tuple[str, ...]:
+def _lags_of_bench(full: Explanation) -> tuple[str, ...]:
     """Return a note on the lags of the bench's channels, if the explanation holds its paths."""
     paths = full.response.paths
-    lags = ", ".join(f"{m.channel} {full.response.of(full.at, m.name)['tau_us']:.0f} us" for m in paths)
+    lags = ", ".join(f"{m.channel} {full.of(m.name)['tau_us']:.0f} us" for m in paths)
     words = f"lags and gains of the bench are fitted beside the effects; the written model has the lags: {lags}"
     return (words,) if paths else ()
 
 
-def _latency_of_bench(c: Candidate) -> dict[str, float]:
+def _latency_of_bench(c: Explanation) -> dict[str, float]:
     """Return the values of the model's latencies that stand for the paths of a bench; their gains, and what filters do
     beyond a delay, have no place in a model."""
-    given, at = c.response.model.values, c.response.of
+    given = c.response.model.values
     keys = {m: LATENCIES[m.channel] for m in c.response.paths}
-    return {key: given[key] + at(c.at, m.name)["tau_us"] for m, key in keys.items()}
+    return {key: given[key] + c.of(m.name)["tau_us"] for m, key in keys.items()}
 
 
-def _as_written(c: Candidate, latency: Mapping[str, float]) -> Candidate:
+def _as_written(c: Explanation, latency: Mapping[str, float]) -> Explanation:
     """Return a candidate with latencies in the place of the paths of a bench."""
     if not latency:
         return c
-    bare = c.response.without(*(m.name for m in c.response.paths))
-    response = replace(bare, model=bare.model.with_values(latency))
-    return replace(c, response=response, at={p.name: c.at[p.name] for p in response.free()})
+    bare = c.without(*(m.name for m in c.response.paths))
+    return replace(bare, response=replace(bare.response, model=bare.response.model.with_values(latency)))
 
 
-def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
+def _notes(full: Explanation, verdict: str) -> tuple[str, ...]:
     """Return the values that are far off, though each channel may agree; a single one only if it may be the reason why
     nothing fits."""
     out = _far(full, full.table.pull)
@@ -351,7 +303,7 @@ def _notes(full: Candidate, verdict: str) -> tuple[str, ...]:
     return (f"{one_or_more} far from the model file ({_worst(out)}): another model, or another unit?",)
 
 
-def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:
+def _agrees_before(base: Explanation, named: Sequence[Named], before: Gaps) -> tuple[str, ...]:
     """Return why an effect is named although every channel agrees without it."""
     if not named or any(gap.G > 1.0 for gap in before.channels.values()):
         return ()
@@ -360,7 +312,7 @@ def _agrees_before(base: Candidate, named: Sequence[Named], before: Gaps) -> tup
     return (f"without what is named the model agrees as well, {why}",)
 
 
-def _beyond_parts(full: Candidate) -> tuple[Nameless, ...]:
+def _beyond_parts(full: Explanation) -> tuple[Nameless, ...]:
     """Return the values that leave what a part may have by its file, its batch or a measurement: a stack whose force is
     gone in part, a stiffer joint, a mass that was left on. With them the fit agrees, and is no agreement with the
     model. Dampings have no range."""
@@ -372,7 +324,7 @@ def _beyond_parts(full: Candidate) -> tuple[Nameless, ...]:
     return (Nameless(ALL, (), (), False, words),) if far else ()
 
 
-def _far(c: Candidate, most: float) -> dict[str, float]:
+def _far(c: Explanation, most: float) -> dict[str, float]:
     """Return the calibrated values of the model further from its file than so many standard deviations of it, by how
     many."""
     free = {p.name: p for p in c.response.free()}

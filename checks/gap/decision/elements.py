@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.alternatives import OTHER_VALUES, Alternative, Alternatives
+from checks.gap.decision.alternatives import OTHER_VALUES, Alternatives
 from checks.gap.decision.result import FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.element import (
@@ -19,14 +19,14 @@ from checks.gap.modelling.element import (
     GenericElement,
 )
 from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Alternative, Explanation
 from checks.model.model import Model
 from checks.model.parameters import is_declared
 from checks.model.structure.attached import BETWEEN
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
-FitAll = Callable[[Candidate], Fit]
+FitAll = Callable[[Explanation], Fit]
 Unnamed = GenericElement | UnmodelledMode
 AGAINST = {"top_joint": "payload", "bottom_joint": "base", "apa": "bottom interface"}
 NODES = ("top_interface", "bottom_interface", "payload")  # of which a point is stated

@@ -16,11 +16,12 @@ from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.fitting.goodness import Gap, gaps
-from checks.gap.conditions.joint import Conditions, Explanation, by_data_alone
+from checks.gap.conditions.joint import Conditions, JointFit, by_data_alone
 from checks.gap.conditions.kinds import DRIVE_LEVEL
 from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.decision.alternatives import Alternatives, needed_apart
-from checks.gap.decision.gates import Claim, chance_of_gain, is_significant
+from checks.gap.decision.evidence import chance_of_gain, is_significant
+from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Ambiguous, Nameless, Tested
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.condition import AT, Together, marked
@@ -28,7 +29,7 @@ from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 
 FAR = 3.0  # prior standard deviations from which on a calibrated value is listed
@@ -44,11 +45,11 @@ class FinalExplanation:
     cannot be distinguished, other adequate explanations (fitted), and notes for the reader."""
 
     fit: Fit
-    full: Candidate
+    full: Explanation
     claims: tuple[Claim, ...]
     rivals: tuple[Ambiguous, ...] = ()
     notes: tuple[str, ...] = ()
-    fitted: tuple[Candidate, ...] = ()
+    fitted: tuple[Explanation, ...] = ()
 
     def alternatives(self, claim: Claim) -> Alternatives:
         """Return the class of a claim."""
@@ -120,7 +121,7 @@ def _resolve(decision: FinalExplanation, claim: Claim, few: Conditions) -> Final
 
 
 def _confirmed(
-    decision: FinalExplanation, claim: Claim, by: Claim, best: Explanation, alike: tuple[Ambiguous, ...] = ()
+    decision: FinalExplanation, claim: Claim, by: Claim, best: JointFit, alike: tuple[Ambiguous, ...] = ()
 ) -> FinalExplanation:
     """Return the decision with the best of a class in place of a claim, and all values from the fit to all
     conditions. alike: what the experiments leave beside it."""
@@ -129,7 +130,7 @@ def _confirmed(
 
 
 def _compare_with_values(
-    decision: FinalExplanation, claim: Claim, effect: Effect, best: Explanation, few: Conditions
+    decision: FinalExplanation, claim: Claim, effect: Effect, best: JointFit, few: Conditions
 ) -> FinalExplanation:
     """Decide whether an effect is needed even if calibrated values may be anything."""
     table = decision.full.table

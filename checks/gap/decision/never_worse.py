@@ -6,17 +6,18 @@ from dataclasses import replace
 import numpy as np
 
 from checks.fitting.goodness import gaps, overall
-from checks.gap.decision.gates import AGREES, Claim, accepted
+from checks.gap.decision.evidence import AGREES
+from checks.gap.decision.gates import Claim, accepted
 from checks.gap.decision.result import Gaps, ModeGap
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 
 ABOUT_MODE_HZ = 5.0
 SLACK = 1.05  # of G: the calibration with an effect and the one without are not the same
 
 
 def withdraw_harmful(
-    without: Sequence[Candidate], full: Candidate, claims: Sequence[Claim]
-) -> tuple[tuple[Claim, ...], Candidate, Candidate]:
+    without: Sequence[Explanation], full: Explanation, claims: Sequence[Claim]
+) -> tuple[tuple[Claim, ...], Explanation, Explanation]:
     """Withdraw names until no channel's gap is wider than before, and return the claims and the models with the gaps
     before and after. without: the model without effects, in every available calibration; full: the model with all
     effects found.
@@ -45,7 +46,7 @@ def gap_increased(before: Gaps, after: Gaps, agrees: float = AGREES, slack: floa
     return [c for c in new if new[c].G > max(agrees, slack * old[c].G)]
 
 
-def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
+def _named_only(full: Explanation, good: Sequence[Claim]) -> Explanation:
     """Return the model as it will be written: without unmodelled modes and unnamed effects, at the values of the joint
     fit. A parameter of the calibration that an unnamed effect stood for keeps the effect's value."""
     names, implied = {c.effect.name for c in good}, full.response.changes(full.at)
@@ -55,11 +56,9 @@ def _named_only(full: Candidate, good: Sequence[Claim]) -> Candidate:
     return replace(full, response=response, at=response.own_values({**full.at, **stood_for}))
 
 
-def gaps_of(c: Candidate) -> Gaps:
+def gaps_of(c: Explanation) -> Gaps:
     """Return the gap of a model on its unseen records."""
-    data, model = c.unseen, c.response.frf(c.unseen.f, c.at, c.unseen.channels)
-    data = data.around(model)
-    residual = data.H - model
+    data, residual = c.unseen.around(c.modelled), c.residual
     channels = gaps([data], [residual])
     about = []
     poles = np.abs(c.response.model.poles(c.response.changes(c.at))) / (2.0 * np.pi)

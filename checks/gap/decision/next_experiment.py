@@ -20,7 +20,7 @@ from checks.gap.decision.experiments import FinalExplanation
 from checks.gap.decision.gates import accepted
 from checks.gap.decision.prediction import Prediction
 from checks.gap.decision.result import Ambiguous
-from checks.gap.modelling.augmented import Member
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.experiment import Experiment
 
@@ -98,5 +98,5 @@ def separations(of: Alternatives, trial: ConditionTrial) -> tuple[float, tuple[f
     return min((apart for apart, _ in found), default=0.0), tuple(sorted(decided)) or (0.0,)
 
 
-def _same_place(a: Member, b: Member) -> bool:
+def _same_place(a: Effect, b: Effect) -> bool:
     return isinstance(a, GenericElement) and isinstance(b, GenericElement) and a.place == b.place

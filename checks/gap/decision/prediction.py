@@ -13,7 +13,7 @@ from checks.gap.conditions.trial import ConditionTrial, together
 from checks.gap.modelling.augmented import Values
 from checks.gap.modelling.condition import Together
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 from checks.model.channel_paths import LATENCIES
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
@@ -32,7 +32,7 @@ class Prediction:
 
     @classmethod
     def of(
-        cls, c: Candidate, sets: Sequence[Dataset], trials: Sequence[ConditionTrial] = (), first: bool = False
+        cls, c: Explanation, sets: Sequence[Dataset], trials: Sequence[ConditionTrial] = (), first: bool = False
     ) -> "Prediction":
         """Return the prediction of an explanation. first: whether its responses are those that weigh differences.
         Raises ModelError."""

@@ -8,12 +8,12 @@ from scipy.optimize import least_squares
 
 from checks.arrays import Array
 from checks.fitting.fit import Fit
-from checks.gap.decision.gates import Claim, acting_on
+from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import Nameless
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
-from checks.gap.search.candidate import Candidate
+from checks.gap.modelling.unmodelled_modes import MODE, on_channel
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.screen import screen
 from checks.quantity import TWO_SIDED_95
 
@@ -22,7 +22,7 @@ EDGE = 1.05  # times an end of the band: as near, a pole is not distinguished fr
 
 
 def unidentified_effects(
-    full: Candidate, final: Fit, claims: Sequence[Claim], slow: Slow | None, table: Thresholds
+    full: Explanation, final: Fit, claims: Sequence[Claim], slow: Slow | None, table: Thresholds
 ) -> tuple[Nameless, ...]:
     """Return the unidentified effects of an explanation: its unmodelled modes, and, if it still does not fit, a mode
     fitted to the residual of the worst window of every channel; failing those, the refused claims, because what they
@@ -30,7 +30,7 @@ def unidentified_effects(
     out = []
     level = slow is not None and slow.is_bent(table)
     for mode in full.response.unmodelled_modes:
-        values, f = full.response.of(full.at, mode.name), full.unseen.f
+        values, f = full.of(mode.name), full.unseen.f
         poles, zeros = mode.poles_and_zeros(values)
         intervals = tuple(final.interval(f"{mode.name}.f_Hz") for _ in poles)
         at_edge = any(_at_edge(pole, *ends, f) for pole, ends in zip(poles, intervals, strict=True))
@@ -42,14 +42,14 @@ def unidentified_effects(
         for w in full.adequacy.windows:
             if w.channel not in channels:
                 channels.add(w.channel)
-                out.append(from_window(full, w.channel, level))
+                out.append(_from_window(full, w.channel, level))
     refused = [c for c in claims if c.reasons]
     words = "; ".join(f"{c.effect.name} was not named: it {c.reasons[0]}" for c in refused)
     if not out:
         for claim in refused:
-            values = full.response.of(full.at, claim.effect.name)
+            values = full.of(claim.effect.name)
             poles = [values["f_Hz"]] if "f_Hz" in values else []
-            acting = acting_on(claim.effect, full.response, full.at, full.unseen) or claim.effect.channels
+            acting = full.acting_on(claim.effect) or claim.effect.channels
             out.append(Nameless(acting[0], tuple(poles), (), level))
     if not out and not full.adequate:
         worst = max(full.channel_G, key=lambda c: full.channel_G[c])
@@ -73,9 +73,9 @@ def static_bend(slow: Slow | None, table: Thresholds) -> tuple[Nameless, ...]:
     return tuple(Nameless(slow.channel, (), (), True, words) for words in found)
 
 
-def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
+def _from_window(full: Explanation, channel: str, level: bool) -> Nameless:
     """Return the pole, with its interval, and the zero of a mode that would explain most of a channel's residual."""
-    mode, seen = UnmodelledMode(MODE, channel), full.seen
+    mode, seen = on_channel(MODE, channel), full.seen
     start = {"ratio": 0.0, "damping_ratio": 0.01, **screen(seen, mode, starts=1).starts[0]}
     data, c = seen.data, seen.data.channels.index(channel)
     names = [p.name for p in mode.parameters]
@@ -84,7 +84,7 @@ def from_window(full: Candidate, channel: str, level: bool) -> Nameless:
 
     def left(x: Array) -> Array:
         change = np.zeros_like(data.H)
-        change[:, c] = seen.modelled[:, c] * (mode.factor(dict(zip(names, x, strict=True)), s) - 1.0)
+        change[:, c] = seen.modelled[:, c] * (mode.shape.factor(dict(zip(names, x, strict=True)), s) - 1.0)
         return np.asarray(seen.left - seen.rows(change))
 
     x = np.clip([start[n] for n in names], lo * (1 + 1e-9), hi * (1 - 1e-9))

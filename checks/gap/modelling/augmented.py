@@ -12,7 +12,6 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.fit import free_of
 from checks.gap.modelling.effect import Effect, Parameter
-from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.shift import AS_IT_IS, Shift
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode, is_path
 from checks.model.model import Model
@@ -21,7 +20,6 @@ from checks.model.structure.attached import PlaceReceptances
 
 Values = Mapping[str, float]
 Held = tuple[tuple[str, float], ...]
-Member = Effect | UnmodelledMode
 LEAST = 1e-3  # of a parameter's prior: a stiffness of nothing has no derivative
 STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 
@@ -32,7 +30,7 @@ class Augmented:
     that a search does not vary, with their values; shift: the condition at the bench."""
 
     model: Model
-    members: tuple[Member, ...] = ()
+    members: tuple[Effect, ...] = ()
     held: Held = ()
     shift: Shift = AS_IT_IS
 
@@ -53,7 +51,7 @@ class Augmented:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        return tuple(m for m in self.members if isinstance(m, Effect))
+        return tuple(m for m in self.members if not m.stands_in)
 
     @property
     def unmodelled_modes(self) -> tuple[UnmodelledMode, ...]:
@@ -65,18 +63,17 @@ class Augmented:
         return tuple(m for m in self.members if is_path(m))
 
     @property
-    def counted(self) -> tuple[Member, ...]:
+    def counted(self) -> tuple[Effect, ...]:
         """Return the members that mean that something is missing, unmodelled modes first."""
         return (*self.unmodelled_modes, *self.effects)
 
-    def with_member(self, member: Member) -> "Augmented":
-        model = _attached(self.model, member) if isinstance(member, GenericElement) else self.model
-        return replace(self, members=(*self.members, member), model=model)
+    def with_member(self, member: Effect) -> "Augmented":
+        return replace(self, members=(*self.members, member), model=_attached(self.model, member))
 
     def without(self, *names: str) -> "Augmented":
         model = self.model
         for m in self.members:
-            if isinstance(m, GenericElement) and m.name in names:
+            if m.name in names:
                 model = _detached(model, m)
         return replace(self, members=tuple(m for m in self.members if m.name not in names), model=model)
 
@@ -186,7 +183,7 @@ class Augmented:
         return out | {o.free.name: (o.target,) for o in self.shift.own}
 
     @cached_property
-    def _factors(self) -> tuple[Member, ...]:
+    def _factors(self) -> tuple[Effect, ...]:
         return tuple(m for m in self.members if m.factor is not None)
 
     def _factor(self, f: Array, values: Values, channels: tuple[str, ...]) -> Complex:
@@ -195,12 +192,12 @@ class Augmented:
         return _product(own, f.size, len(channels))
 
 
-def columns_of(member: Member, channels: tuple[str, ...]) -> list[int]:
+def columns_of(member: Effect, channels: tuple[str, ...]) -> list[int]:
     """Return the places of a member's channels among those measured."""
     return [channels.index(c) for c in member.channels if c in channels]
 
 
-def _product(own: Sequence[tuple[Member, list[int], Complex]], bins: int, channels: int) -> Complex:
+def _product(own: Sequence[tuple[Effect, list[int], Complex]], bins: int, channels: int) -> Complex:
     """Return the product (F, C) of factors (F,) on their columns."""
     out = np.ones((bins, channels), dtype=complex)
     for _, columns, each in own:
@@ -208,7 +205,7 @@ def _product(own: Sequence[tuple[Member, list[int], Complex]], bins: int, channe
     return out
 
 
-def slope(member: Member, p: Parameter, values: Values, s: Complex) -> Complex:
+def slope(member: Effect, p: Parameter, values: Values, s: Complex) -> Complex:
     """Return the derivative (F,) of a member's factor by one of its parameters."""
     h, at = STEP * p.scale, values[p.name]
     up, down = min(h, max(p.hi - at, 0.0)), min(h, max(at - p.lo, 0.0))  # no step leaves the bounds
@@ -226,13 +223,13 @@ def _modelled(model: Model, at: tuple[tuple[str, float], ...], band: bytes, chan
 
 
 @lru_cache(maxsize=64)
-def _attached(model: Model, member: GenericElement) -> Model:
+def _attached(model: Model, member: Effect) -> Model:
     """Return the model with an element. Cached, as its matrices are by the model."""
     return member.attached_to(model)
 
 
 @lru_cache(maxsize=64)
-def _detached(model: Model, member: GenericElement) -> Model:
+def _detached(model: Model, member: Effect) -> Model:
     return member.detached_from(model)
 
 
@@ -255,7 +252,7 @@ def _of_its_sign(p: Free) -> Free:
     return replace(p, hi=min(p.hi, least)) if least < 0.0 else p
 
 
-def evaluated(member: Member, values: Values, s: Complex) -> Complex:
+def evaluated(member: Effect, values: Values, s: Complex) -> Complex:
     """Return the factor (F,) of a member. Raises ModelError if it has none, so that a search turns back: an effect may
     be another package's."""
     if member.factor is None:

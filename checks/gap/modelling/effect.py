@@ -1,5 +1,7 @@
-"""The declaration of an effect of the library: its parameters, what it changes in the model, where it shows, which
-experiment shows it separately, how it is simulated. No other module knows an effect by its name."""
+"""What an explanation may consist of: an effect of the library, declared by its parameters, what it changes in the
+model, where it shows, which experiment shows it separately and how it is simulated; an element of the mechanics
+(`element`); or a filter that stands in for what has no name (`unmodelled_modes`). No other module knows an effect by
+its name."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -133,6 +135,7 @@ class Effect:
     slow: SlowRecord = field(default_factory=SlowRecord)
     bends: Callable[[Values, float], Callable[[Array], Array]] | None = None
     path: Callable[[Values], Fractions] | None = None
+    stands_in = False  # for what has no name: never claimed
 
     @property
     def label(self) -> str:
@@ -168,6 +171,14 @@ class Effect:
     def in_model(self) -> bool:
         """Return whether it acts by the model's parameters, so that a model can hold it."""
         return bool(self.turns) or any(p.sets or p.adds for p in self.parameters)
+
+    def attached_to(self, model: Model) -> Model:
+        """Return the model with what it attaches to it, at values that do nothing; an effect attaches nothing."""
+        return model
+
+    def detached_from(self, model: Model) -> Model:
+        """Return the model without what it attaches."""
+        return model
 
     def fits(self, model: Model) -> bool:
         """Return whether a search of responses can look for it in this model."""

@@ -71,11 +71,9 @@ class GenericElement(Effect):
         return f"a {self.kind} at the {self.place.replace('_', ' ')} along {self.direction}"
 
     def attached_to(self, model: Model) -> Model:
-        """Return the model with the element, at values that do nothing."""
         return model.with_elements({**model.elements, **{t: p.start for p in self.parameters for t in p.sets}})
 
     def detached_from(self, model: Model) -> Model:
-        """Return the model without the element."""
         own = {t for p in self.parameters for t in p.sets}
         return model.with_elements({n: v for n, v in model.elements.items() if n not in own})
 

@@ -15,7 +15,9 @@ from typing import TypeGuard
 import numpy as np
 
 from checks.arrays import Complex
-from checks.gap.modelling.effect import Parameter, spread
+from checks.gap.modelling.effect import Effect, Parameter, spread
+from checks.gap.modelling.experiment import Experiment
+from checks.model.channel_paths import CHANNELS
 
 Values = Mapping[str, float]
 FILTER = "filter"
@@ -32,30 +34,20 @@ class RationalShape:
     factor: Callable[[Values, Complex], Complex]
 
 
-@dataclass(frozen=True)
-class UnmodelledMode:
-    """A shape on one channel, or on all of them. every: the channels that there are."""
+@dataclass(frozen=True, kw_only=True)
+class UnmodelledMode(Effect):
+    """A shape on one channel, or on all of them. counts: whether it means that something is missing."""
 
     shape: RationalShape
     channel: str
     counts: bool = True
     direction = ""
-    every: tuple[str, ...] = ("Vs", "de", "da")
-
-    @property
-    def name(self) -> str:
-        return f"unnamed_{self.shape.name}_{self.channel}"
+    of_kind = FILTER
+    stands_in = True
 
     @property
     def label(self) -> str:
-        """Return the unmodelled mode as a list of explanations shows it."""
-        where = "in the drive" if self.channel == ALL else f"on {self.channel}"
-        return f"an unidentified {self.shape.name} {where}"
-
-    @property
-    def of_kind(self) -> str:
-        """Return its kind for readers: a filter."""
-        return FILTER
+        return self.title
 
     @property
     def place(self) -> str:
@@ -65,27 +57,6 @@ class UnmodelledMode:
     def against(self) -> str:
         """Return where it sits, in words."""
         return f"{self.shape.name} in the path of"
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        return self.shape.parameters
-
-    @property
-    def sizes(self) -> tuple[Parameter, ...]:
-        return self.parameters
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        return self.every if self.channel == ALL else (self.channel,)
-
-    @property
-    def factor(self) -> Callable[[Values, Complex], Complex]:
-        """Return the function (values, s (F,)) -> (F,) by which the channel is multiplied."""
-        return self.shape.factor
-
-    def stands_for(self, _: object) -> tuple[str, ...]:
-        """Return the model's parameters behind it: none."""
-        return ()
 
     def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:
         """Return the frequencies [Hz] of the poles and the zeros."""
@@ -98,6 +69,26 @@ class UnmodelledMode:
         if self.shape.name == "lag":
             return [f], [f / abs(1.0 + r)] if abs(1.0 + r) > NO_ZERO else []
         return [], []
+
+
+def on_channel(
+    shape: RationalShape, channel: str, every: tuple[str, ...] = CHANNELS, counts: bool = True
+) -> UnmodelledMode:
+    """Return a shape on a channel. every: the channels that there are."""
+    return UnmodelledMode(
+        name=f"unnamed_{shape.name}_{channel}",
+        title=f"an unidentified {shape.name} {'in the drive' if channel == ALL else f'on {channel}'}",
+        parameters=shape.parameters,
+        channels=every if channel == ALL else (channel,),
+        sign="one factor on its channels explains them",
+        sentence="",
+        sources=("[GAP] 12",),
+        experiment=Experiment.LOOP_BACK,
+        factor=shape.factor,
+        shape=shape,
+        channel=channel,
+        counts=counts,
+    )
 
 
 def _mode(v: Values, s: Complex) -> Complex:
@@ -152,7 +143,7 @@ def levels(merge_Hz: float, width: float) -> UnmodelledMode:
             np.where(e_folds <= 0.0, 1.0 - v["lag_below"] * turn, 1.0 + v["gain_above"] - v["lag_above"] * turn)
         )
 
-    return UnmodelledMode(RationalShape("levels", parameters, factor), ALL, counts=False)
+    return on_channel(RationalShape("levels", parameters, factor), ALL, counts=False)
 
 
 USUAL_LAG_US = 30.0  # 1 sd: converters, interpolators, filters against aliasing and amplifiers lag by some tens
@@ -180,10 +171,10 @@ def bench_paths(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
     """Return what a bench that no file describes adds to each channel: a gain, and a latency and filters with corners
     above the band, together exp(-c1 s - c2 s^2 - c3 s^3), the first terms of the logarithm of any of them. A path does
     not count as missing."""
-    return tuple(UnmodelledMode(PATH, c, counts=False) for c in channels)
+    return tuple(on_channel(PATH, c, counts=False) for c in channels)
 
 
-def is_path(member: object) -> TypeGuard[UnmodelledMode]:
+def is_path(member: Effect) -> TypeGuard[UnmodelledMode]:
     """Return whether a member is the path of a channel."""
     return isinstance(member, UnmodelledMode) and member.shape is PATH
 
@@ -205,10 +196,10 @@ FILTERS = (GAIN, DELAY, LOWPASS, MODE)
 def filters(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
     """Return a filter of every kind on every channel and, of several channels, in the drive."""
     where = (*channels, ALL) if len(channels) > 1 else channels
-    return tuple(UnmodelledMode(shape, c, every=channels) for shape in FILTERS for c in where)
+    return tuple(on_channel(shape, c, every=channels) for shape in FILTERS for c in where)
 
 
 def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
     """Return an unmodelled mode of every shape for every channel, and those that may be in the drive."""
-    common = (UnmodelledMode(MODE, ALL), UnmodelledMode(LAG, ALL)) if len(channels) > 1 else ()
-    return (*common, *(UnmodelledMode(shape, c) for shape in SHAPES for c in channels))
+    common = (on_channel(MODE, ALL), on_channel(LAG, ALL)) if len(channels) > 1 else ()
+    return (*common, *(on_channel(shape, c) for shape in SHAPES for c in channels))

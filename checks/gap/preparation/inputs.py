@@ -1,6 +1,6 @@
 """The problem of a search: records of one unit, corrected for the faults that show before any search."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations
@@ -70,10 +70,10 @@ class Problem:
         """Return whether the slow sines show that responses depend on the level of drive."""
         return bool(self.in_slow) or (self.slow is not None and self.slow.is_bent(self.table))
 
-    def trials(self, channels: Sequence[str]) -> tuple[ConditionTrial, ...]:
+    @property
+    def trials(self) -> tuple[ConditionTrial, ...]:
         """Return the experiments, corrected for the same faults."""
-        trials = (replace(t, A=self._corrected(t.A), B=self._corrected(t.B)) for t in self.inputs.trials)
-        return tuple(t.select(channels) for t in trials)
+        return tuple(replace(t, A=self._corrected(t.A), B=self._corrected(t.B)) for t in self.inputs.trials)
 
     def _corrected(self, data: Dataset) -> Dataset:
         data = data.select(self.A.channels)

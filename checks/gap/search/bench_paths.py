@@ -11,11 +11,10 @@ from itertools import combinations
 import numpy as np
 
 from checks.arrays import Array
-from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.unmodelled_modes import USUAL_LAG_US, bench_paths
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
-from checks.gap.search.disagreement import DisagreementFit, add_one, settle_if_held
+from checks.gap.search.disagreement import add_one, settle_if_held
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult, explain
 
 LITTLE = 25.0  # of profile log-likelihood, twice what a name needs: paths that explain less are no bench's
@@ -30,8 +29,8 @@ class OnBench:
     """A calibrated model without and with the paths of a bench, each beside its disagreement: what neither explains
     hardly bends them, be it an effect of the strut or a guide that gives way."""
 
-    without: DisagreementFit
-    paths: DisagreementFit
+    without: Explanation
+    paths: Explanation
 
     @property
     def gain(self) -> float:
@@ -47,16 +46,16 @@ class OnBench:
     def is_needed(self, search: Search) -> bool:
         """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
         which no single effect would be complete."""
-        lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
-        largest = max((b.lnL - self.without.lnL for _, b in add_one(search, self.without, lagging)), default=0.0)
+        lagging = tuple(m for m in search.library if m.lags)
+        largest = max((a.whole.lnL - self.without.lnL for a in add_one(search, self.without, lagging)), default=0.0)
         return self.gain > largest + 0.5 * search.table.two_delta_lnL
 
 
-def on_bench(search: Search, base: Candidate) -> OnBench | None:
+def on_bench(search: Search, base: Explanation) -> OnBench | None:
     """Return a calibrated candidate on a bench with paths of its own; None if these explain little, or if the strut is
     not held on the way."""
     response = replace(base.response, members=(*base.response.members, *bench_paths(search.A.channels)))
-    fits: list[list[DisagreementFit]] = [[], []]
+    fits: list[list[Explanation]] = [[], []]
     for at in (base.at, {}):  # a calibration that has gone astray is not followed
         for known, r in zip(fits, (base.response, response), strict=True):
             known += [b for b in (settle_if_held(search, r, at),) if b is not None]
@@ -68,7 +67,7 @@ def on_bench(search: Search, base: Candidate) -> OnBench | None:
     return bench
 
 
-def with_bench_paths(search: Search, bench: OnBench) -> Candidate:
+def with_bench_paths(search: Search, bench: OnBench) -> Explanation:
     """Return the model with the paths of a bench: fitted to explain all, if that is adequate, else beside its
     disagreement."""
     response, at = bench.paths.response, bench.paths.at
@@ -79,7 +78,7 @@ def with_bench_paths(search: Search, bench: OnBench) -> Candidate:
 def without_lags(search: Search) -> Search:
     """Return the same search without the lags of the library: beside the paths of a bench, only the priors of the paths
     would favour the name of a lag."""
-    return replace(search, library=tuple(m for m in search.library if not (isinstance(m, Effect) and m.lags)))
+    return replace(search, library=tuple(m for m in search.library if not m.lags))
 
 
 def in_words(search: Search, found: SearchResult) -> SearchResult | None:
@@ -94,7 +93,7 @@ def in_words(search: Search, found: SearchResult) -> SearchResult | None:
     paths = best.response.paths
     response = best.response.without(*(m.name for m in paths))
     bare = search.begin(response, {n: v for n, v in best.at.items() if not n.startswith("unnamed_path")})
-    lagging = tuple(m for m in search.library if isinstance(m, Effect) and m.lags)
+    lagging = tuple(m for m in search.library if m.lags)
     named = explain(replace(search, library=lagging), bare, TWO_NAMES, 1)
     if not named.is_named:
         return None

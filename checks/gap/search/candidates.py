@@ -16,16 +16,15 @@ from checks.fitting.dataset import Dataset
 from checks.fitting.descent import descend
 from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
-from checks.gap.statistics.projected_residual import project
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -74,7 +73,7 @@ class Search:
 
     A: Dataset
     B: Dataset
-    library: tuple[Member, ...]
+    library: tuple[Effect, ...]
     table: Thresholds
     say: Say
     effort: Effort = field(default_factory=Effort)
@@ -93,14 +92,14 @@ class Search:
         """Return the same search that fits to other data."""
         return replace(self, A=data)
 
-    def begin(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+    def begin(self, response: Augmented, start: Mapping[str, float]) -> Explanation:
         """Return a response at a start: values by name, others at their priors. Raises ModelError if the model cannot
         take these values."""
         residuals = SearchResiduals(response, self.A, response.free(start))
         x = residuals.begin()
-        return Candidate(response, residuals.values(x), residuals.cost(x), self.B, self.table)
+        return Explanation(response, residuals.values(x), residuals.cost(x), self.B, self.table)
 
-    def advance(self, c: Candidate, steps: int) -> Candidate:
+    def advance(self, c: Explanation, steps: int) -> Explanation:
         """Take at most so many damped steps (`checks.fitting.descent`) inside the physical bounds, and count their
         work."""
         if c.settled:
@@ -113,7 +112,7 @@ class Search:
         self.effort.spent += work_of(end.steps, len(residuals.names), self.A.H.size)
         return replace(c, at=residuals.values(end.x), cost=end.cost, settled=end.settled)
 
-    def free_scatter(self, c: Candidate) -> Candidate:
+    def free_scatter(self, c: Explanation) -> Explanation:
         """Return a candidate whose scatter was held with the scatter free and at its optimum, or as near to it as the
         strut is held; a candidate without held scatter as it is."""
         if not c.response.held:
@@ -127,7 +126,7 @@ class Search:
                 break
         return freed
 
-    def fit(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Candidate:
+    def fit(self, response: Augmented, start: Mapping[str, float], drawn: int = DRAWN) -> Explanation:
         """Return a response fitted to A to the end, from far away. drawn: more starts, if the model scatters and the
         one at `start` leads to no adequate fit."""
         if not response.model.scatters:
@@ -136,18 +135,18 @@ class Search:
         own = self._fit_from(response, first)
         return own if own.adequate else self._fit_elsewhere(response, start, first, own, drawn)
 
-    def fit_from_one_place(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+    def fit_from_one_place(self, response: Augmented, start: Mapping[str, float]) -> Explanation:
         """Return a response fitted to A from one start."""
         return self._fit_from(response, self._coarse_fit(response, start))
 
-    def fit_elsewhere(self, c: Candidate) -> Candidate:
+    def fit_elsewhere(self, c: Explanation) -> Explanation:
         """Return a candidate or, if a search from another place comes nearer, its result."""
         here = FitPoint(tuple(c.response.free(c.at)), inf)
         return self._fit_elsewhere(c.response, {}, here, c, DRAWN)
 
     def _fit_elsewhere(
-        self, response: Augmented, start: Mapping[str, float], first: FitPoint, own: Candidate, drawn: int
-    ) -> Candidate:
+        self, response: Augmented, start: Mapping[str, float], first: FitPoint, own: Explanation, drawn: int
+    ) -> Explanation:
         """Return the nearest of fits from other starts, because a sharp mode far from its place is a false minimum.
         Those with a mode in another place come first, then drawn ones, until two end in one place."""
         fits, costs = [own, *self.with_moved_modes(own)], [first.cost]
@@ -165,10 +164,10 @@ class Search:
                 costs.append(point.cost)
         return min([c for c in fits if c.adequate] or fits, key=lambda c: c.cost)
 
-    def with_moved_modes(self, c: Candidate, most: int = 1) -> list[Candidate]:
+    def with_moved_modes(self, c: Explanation, most: int = 1) -> list[Explanation]:
         """Return candidates fitted from points at which a mode lies at a peak of the residual: the best few, or none.
         most: modes moved one after the other, because the next one shows only when the first is in its place."""
-        out: list[Candidate] = []
+        out: list[Explanation] = []
         for _ in range(most):
             moved = self._with_one_moved_mode(c)
             out = [*moved, *out]
@@ -178,10 +177,10 @@ class Search:
             c = best
         return out
 
-    def _with_one_moved_mode(self, c: Candidate) -> list[Candidate]:
+    def _with_one_moved_mode(self, c: Explanation) -> list[Explanation]:
         if not c.response.model.scatters or self.over:
             return []
-        places = peaks(project(c.response, self.A, c.at), self.A.channels)[:PLACES]
+        places = peaks(c.on(self.A).seen, self.A.channels)[:PLACES]
         r, f_hi = c.response, float(self.A.f[-1])
         ways = misplaced_modes(r.model, r.free(c.at), c.at, places, f_hi, r.changes)
         starts = [self.begin(r, at) for at in ways]
@@ -195,14 +194,14 @@ class Search:
         self.effort.spent += point.work
         return point
 
-    def _fit_from(self, response: Augmented, point: FitPoint) -> Candidate:
+    def _fit_from(self, response: Augmented, point: FitPoint) -> Explanation:
         return replace(self.advance(self.begin(response, point.at), MANY), coarse=point)
 
-    def refit(self, response: Augmented, at: Mapping[str, float]) -> Candidate:
+    def refit(self, response: Augmented, at: Mapping[str, float]) -> Explanation:
         """Return a response fitted to A from values nearby."""
         return self.advance(self.begin(response, at), MANY)
 
-    def _with_shrinking_tolerance(self, response: Augmented, start: Mapping[str, float]) -> Candidate:
+    def _with_shrinking_tolerance(self, response: Augmented, start: Mapping[str, float]) -> Explanation:
         """Begin at the end of short fits from far away, with tolerances that shrink towards the data's own. Raises
         ModelError."""
         at = dict(start)
@@ -212,34 +211,34 @@ class Search:
                 at = blurred.advance(blurred.begin(response, at), WIDER_STEPS).at
         return self.begin(response, at)
 
-    def add_one(self, base: Candidate, known: Collection[frozenset[str]] = ()) -> list[Candidate]:
+    def add_one(self, base: Explanation, known: Collection[frozenset[str]] = ()) -> list[Explanation]:
         """Add every member to a candidate and fit them jointly, from the candidate's values and from the priors: a
         calibration that lacked the effect may have gone astray. known: sets that are fitted already."""
-        on_A = project(base.response, self.A, base.at)
+        on_A = base.on(self.A).seen
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
         every = [screen(on_A, m) for m in absent]
         self.failures.update({s.member.name: s.failure for s in every if s.failure})
         promising = _promising([s for s in every if s.p < WORTH_A_FIT])
-        starts: list[Candidate] = []
+        starts: list[Explanation] = []
         for s in promising:
             if not self.over:
-                starts += [*self._coarse_start(base, s), *self._from_screen(base.response, base.at, s)]
+                starts += [*self._coarse_start(base, s), *self._from_screen(base, s)]
         if base.gross:
             others = [s for s in every if s not in promising]
             starts += [c for s in others if not self.over for c in self._coarse_start(base, s)]
         return self._race(starts)
 
-    def add_element(self, base: Candidate, in_path: bool = False) -> list[Candidate]:
+    def add_element(self, base: Explanation, in_path: bool = False) -> list[Explanation]:
         """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
         adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
         lacked an element may have gone astray, and then only the place is told. in_path: whether what may lie in the
         path of one channel counts too."""
-        places = Places(project(base.response, self.A, base.at))
+        places = Places(base.on(self.A).seen)
         if places.in_signal_path and not in_path:
             return []
         scores = sorted(places.scores(), key=lambda s: -s.net)
         first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
-        starts = [c for s in first if not self.over for c in self._from_screen(base.response, base.at, s)]
+        starts = [c for s in first if not self.over for c in self._from_screen(base, s)]
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
@@ -253,7 +252,7 @@ class Search:
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
         return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
 
-    def with_other_damping(self, c: Candidate) -> Candidate | None:
+    def with_other_damping(self, c: Explanation) -> Explanation | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
         strut has shows only when little else is missing."""
         model = with_damping(c.response.model, OTHER[c.response.model.damping])
@@ -264,34 +263,34 @@ class Search:
         except ModelError:
             return None
 
-    def with_likelier_damping(self, c: Candidate) -> Candidate:
+    def with_likelier_damping(self, c: Explanation) -> Explanation:
         """Return the candidate with the form of damping that is more likely beyond doubt."""
         other = self.with_other_damping(c)
         return other if other is not None and other.cost < c.cost - BEYOND_DOUBT else c
 
     def begun_with(
-        self, base: Augmented, at: Mapping[str, float], member: Member, values: Mapping[str, float], steps: int
-    ) -> Candidate | None:
-        """Return a response with one more member, begun at values of its own beside those of the response (what it
+        self, base: Explanation, member: Effect, values: Mapping[str, float], steps: int
+    ) -> Explanation | None:
+        """Return an explanation with one more member, begun at values of its own beside those that are there (what it
         stands for returns to its prior), the scatter held; None if the strut is not held there."""
-        response = base.with_member(member).holding_scatter(at)
-        taken = member.stands_for(response.model)
-        start = {k: v for k, v in at.items() if k not in taken} | {f"{member.name}.{k}": v for k, v in values.items()}
+        response = base.response.with_member(member).holding_scatter(base.at)
+        taken, own = member.stands_for(response.model), {f"{member.name}.{k}": v for k, v in values.items()}
+        start = {k: v for k, v in base.at.items() if k not in taken} | own
         try:
             return self.advance(self.begin(response, start), steps)
         except ModelError:
             return None
 
-    def _from_screen(self, base: Augmented, at: Mapping[str, float], score: Score) -> list[Candidate]:
-        begun = (self.begun_with(base, at, score.member, values, FEW) for values in score.starts)
+    def _from_screen(self, base: Explanation, score: Score) -> list[Explanation]:
+        begun = (self.begun_with(base, score.member, values, FEW) for values in score.starts)
         return [c for c in begun if c is not None]
 
-    def _coarse_start(self, base: Candidate, score: Score) -> list[Candidate]:
+    def _coarse_start(self, base: Explanation, score: Score) -> list[Explanation]:
         """Start as a calibration does, from the priors and on few bins: if the calibration without the effect is far
         off, only this start succeeds. All parameters are free, because modes that are held on the way lead
         elsewhere."""
         response, member = base.response.with_member(score.member), score.member
-        if not isinstance(member, Effect):
+        if member.stands_in:
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
@@ -309,13 +308,12 @@ class Search:
         except ModelError:
             return []
 
-    def prune(self, c: Candidate) -> Candidate:
+    def prune(self, c: Explanation) -> Explanation:
         """Return a candidate without the members that it does not need (backward deletion); an adequate one stays
         adequate."""
         for member in c.response.counted:
-            less = c.response.without(member.name)
-            start = {k: v for k, v in c.at.items() if not k.startswith(f"{member.name}.")}
-            simpler = self.refit(less, start)
+            less = c.without(member.name)
+            simpler = self.refit(less.response, less.at)
             if (simpler.adequate or not c.adequate) and c.lnL - simpler.lnL < self.table.delta_lnL:
                 return self.prune(simpler)
             for simpler in self.with_parts(c, member, parts_of(member)):
@@ -323,43 +321,42 @@ class Search:
                     return self.prune(simpler)
         return c
 
-    def with_parts(self, c: Candidate, member: Member, parts: Sequence[GenericElement]) -> Iterator[Candidate]:
+    def with_parts(self, c: Explanation, member: Effect, parts: Sequence[GenericElement]) -> Iterator[Explanation]:
         """Yield a candidate with one part of an element's dynamic stiffness at a time in its place."""
-        less, own = c.response.without(member.name), c.response.of(c.at, member.name)
+        less, own = c.without(member.name), c.of(member.name)
         for part in parts:
             start = {f"{part.name}.{p.name}": own.get(p.name, p.start) for p in part.parameters}
             with suppress(ModelError):
-                yield self.refit(less.with_member(part), {**less.own_values(c.at), **start})
+                yield self.refit(less.response.with_member(part), {**less.at, **start})
 
-    def swap_members(self, c: Candidate) -> list[Candidate]:
+    def swap_members(self, c: Explanation) -> list[Explanation]:
         """Return the candidates in which an effect takes the place of a member, from the other values of the candidate.
         With more freedom than an effect, an unmodelled mode may have come in first (a lag whose gain turns round is
         nearly a delay); and a search for the right effect may have ended in a false minimum, although the search for
         its neighbour did not."""
         out = []
         for member in c.response.counted:
-            less, at = self._without(c, member)
-            on_A = project(less, self.A, at)
-            absent = [m for m in self.library if isinstance(m, Effect) and m.name not in c.response.names]
+            less = self._replacing(c, member)
+            on_A = less.on(self.A).seen
+            absent = [m for m in self.library if not m.stands_in and m.name not in c.response.names]
             scores = [screen(on_A, m) for m in absent if set(m.channels) & set(member.channels)]
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
-            if not isinstance(member, Effect) or member.rivals_elements:
+            if member.rivals_elements:
                 scores += self._elements_like(Places(on_A), c)
-            out += self._race([r for s in scores for r in self._from_screen(less, at, s)], c.cost)
+            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
 
-    def with_elements_elsewhere(self, c: Candidate) -> list[Candidate]:
+    def with_elements_elsewhere(self, c: Explanation) -> list[Explanation]:
         """Return the candidates in which a generic element of the same kind sits at another place."""
         out = []
         for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
-            less, start = self._without(c, member)
-            own = c.response.of(c.at, member.name)
-            scores = self._elements_like(Places(project(less, self.A, start)), c, (member.kind,), own)
-            out += self._race([r for s in scores for r in self._from_screen(less, start, s)], c.cost)
+            less = self._replacing(c, member)
+            scores = self._elements_like(Places(less.on(self.A).seen), c, (member.kind,), c.of(member.name))
+            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
 
     def _elements_like(
-        self, places: Places, c: Candidate, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN
+        self, places: Places, c: Explanation, kinds: Sequence[str] = KINDS, known: Mapping[str, float] = NOTHING_KNOWN
     ) -> list[Score]:
         """Return the elements that promise about as much as a candidate gained by the member that they would replace.
         Whether another place can do it shows before any kind is fitted."""
@@ -370,13 +367,15 @@ class Search:
         absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
         return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
 
-    def _without(self, c: Candidate, member: Member) -> tuple[Augmented, dict[str, float]]:
-        """Return a candidate's response without a member, and all its other values."""
-        less = c.response.without(member.name)
-        implied = c.response.changes(c.at)  # of what the member stands for, and the model calibrates without it
-        return less, {p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
+    def _replacing(self, c: Explanation, member: Effect) -> Explanation:
+        """Return a candidate without a member that another is to replace, at all its other values: what the member
+        stands for keeps its value, because the model calibrates that without it."""
+        less, implied = c.response.without(member.name), c.response.changes(c.at)
+        return replace(
+            c, response=less, at={p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
+        )
 
-    def refit_from_priors(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+    def refit_from_priors(self, candidates: Sequence[Explanation]) -> list[Explanation]:
         """Return the best few fitted once more, the model from the priors and the members from their present values."""
         out = []
         for c in sorted(candidates, key=lambda c: c.cost)[:FROM_FAR]:
@@ -386,12 +385,12 @@ class Search:
                 out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
         return out
 
-    def finish_to_the_end(self, c: Candidate) -> Candidate:
+    def finish_to_the_end(self, c: Explanation) -> Explanation:
         """Fit to the end, first with the scatter held, then with all parameters free."""
         end = self.advance(c, MANY)
         return self.advance(self.free_scatter(end), POLISH) if end.response.held else end
 
-    def _race(self, started: Sequence[Candidate], adequate: float = inf) -> list[Candidate]:
+    def _race(self, started: Sequence[Explanation], adequate: float = inf) -> list[Explanation]:
         """Return the best start of every set, the most promising ones fitted to the end. adequate: cost of an adequate
         explanation; a start far above it is no rival and is not fitted further."""
         done = []
@@ -403,9 +402,11 @@ class Search:
         return sorted(done, key=lambda c: -c.score)
 
 
-def best_of_each(candidates: Sequence[Candidate], key: Callable[[Candidate], float] | None = None) -> list[Candidate]:
+def best_of_each(
+    candidates: Sequence[Explanation], key: Callable[[Explanation], float] | None = None
+) -> list[Explanation]:
     """Return the first candidate of every set of members, by a key or by falling score."""
-    best: dict[frozenset[str], Candidate] = {}
+    best: dict[frozenset[str], Explanation] = {}
     for c in sorted(candidates, key=key or (lambda c: -c.score)):
         best.setdefault(c.names, c)
     return [*best.values()]

@@ -1,17 +1,18 @@
 """Which members of the library, together, explain the data: forward with a beam, then swaps and deletion."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
-from checks.gap.search.disagreement import ExplainingStep, score_of, search_beside, settle_if_held
+from checks.gap.search.disagreement import NEAR, ExplainingStep, search_beside, settle_if_held
+from checks.gap.search.explanation import Explanation
 
 BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
-RIVAL = 15.0  # of score beside a disagreement: members this near take part in the comparison by full likelihood
+
+Stages = Iterator[list[Explanation]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,10 +20,10 @@ class SearchResult:
     """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
     of a search beside a disagreement, whose result is then `best`."""
 
-    base: Candidate
-    best: Candidate
-    rivals: tuple[Candidate, ...]
-    tried: tuple[Candidate, ...]
+    base: Explanation
+    best: Explanation
+    rivals: tuple[Explanation, ...]
+    tried: tuple[Explanation, ...]
     steps: tuple[ExplainingStep, ...] = ()
 
     @property
@@ -47,67 +48,66 @@ class SearchResult:
         return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
 
 
-def explain(search: Search, base: Candidate, most: int, width: int) -> SearchResult:
-    """Return the smallest set of at most so many more members that is adequate on B; failing that, the set that
-    explains most. width: partial explanations that are followed after the first round."""
+def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
+    """Return the smallest set of at most so many more members of the library that is adequate on B; failing that, the
+    set that explains most. width: partial explanations that are followed after the first round."""
+
+    def by_library(beam: Sequence[Explanation]) -> Stages:
+        search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
+        found: list[Explanation] = []
+        for b in beam:
+            if not found or b.cost <= NO_RIVAL * min(c.cost for c in found):
+                found = best_of_each([*found, *search.add_one(b, {c.names for c in found})])
+                yield found
+        if search.over:
+            return
+        again = search.refit_from_priors(found)
+        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
+        yield again
+        likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
+        yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
+
+    found = _forward(search, base, most, width, by_library)
+    return found if found.best.adequate else replace(found, best=search.prune(found.best))
+
+
+def explain_by_elements(search: Search, base: Explanation, most: int) -> SearchResult:
+    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
+    adequate."""
+
+    def by_elements(beam: Sequence[Explanation]) -> Stages:
+        found = search.add_element(beam[0])
+        yield found
+        yield search.refit_from_priors(found)
+
+    search.say("looking for places of what is missing")
+    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
+    return _forward(search, base, most, 1, by_elements)
+
+
+def _forward(
+    search: Search, base: Explanation, most: int, width: int, stages: Callable[[Sequence[Explanation]], Stages]
+) -> SearchResult:
+    """Add at most so many members to a candidate, one after the other. stages: yields what a round finds beside each
+    other; the first stage with an adequate explanation ends the search."""
     beam = [base]
-    tried: list[Candidate] = []
+    tried: list[Explanation] = []
     for size in range(1, most + 1):
         if search.over:
             break
-        search.say(f"looking for effect {len(base.response.effects) + len(base.response.unmodelled_modes) + size}")
-        candidates: list[Candidate] = []  # of this round
-        for b in beam:
-            if candidates and b.cost > NO_RIVAL * min(c.cost for c in candidates):
-                continue
-            candidates = best_of_each([*candidates, *search.add_one(b, {c.names for c in candidates})])
-            adequate = [c for c in candidates[: 2 * GO_ON] if c.adequate]
-            if adequate:
-                return _finish(search, base, adequate, (*tried, *candidates))
-        if search.over:
-            tried += candidates
-            break
-        again = search.refit_from_priors(candidates)
-        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
-        candidates = best_of_each([*again, *candidates])
-        adequate = [c for c in again if c.adequate]
-        if adequate:
-            return _finish(search, base, adequate, (*tried, *candidates))
-        swapped = [c for c in (search.with_other_damping(c) for c in candidates[:BOTH_WAYS]) if c is not None]
-        candidates = best_of_each([*candidates, *swapped])
-        adequate = [c for c in swapped if c.adequate]
-        tried += candidates
-        if adequate:
-            return _finish(search, base, adequate, tried)
+        found: list[Explanation] = []  # of this round
+        for more in stages(beam):
+            found = best_of_each([*more, *found])
+            if adequate := [c for c in more[: 2 * GO_ON] if c.adequate]:
+                return _finish(search, base, adequate, (*tried, *found))
+        tried += found
         before = max(b.lnL for b in beam)
         needed = max(search.table.delta_lnL, search.table.progress * -before)
-        better = [c for c in candidates if c.lnL > before + needed]
-        if not better:
+        better = [c for c in found if c.lnL > before + needed]
+        if search.over or not better:
             break
         beam = better[: width if size == 1 else 1]
-    best = search.prune(max([base, *tried], key=lambda c: c.score))
-    return SearchResult(base, best, (), tuple(tried))
-
-
-def explain_by_elements(search: Search, base: Candidate, most: int) -> SearchResult:
-    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
-    adequate."""
-    search.say("looking for places of what is missing")
-    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
-    best, tried = base, []
-    for _ in range(most):
-        found = search.add_element(best)
-        if found and not any(c.adequate for c in found):
-            found = best_of_each([*found, *search.refit_from_priors(found)])
-        tried += found
-        if adequate := [c for c in found if c.adequate]:
-            return _finish(search, base, adequate, tried)
-        needed = max(search.table.delta_lnL, search.table.progress * -best.lnL)
-        better = max(found, key=lambda c: c.score, default=best)
-        if search.over or not better.lnL > best.lnL + needed:
-            break
-        best = better
-    return SearchResult(base, best, (), tuple(tried))
+    return SearchResult(base, max([base, *tried], key=lambda c: c.score), (), tuple(tried))
 
 
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
@@ -117,7 +117,7 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     result: of the search for what explains everything."""
     base = result.base
     search = replace(search, effort=Effort(BESIDE * search.table.effort))
-    _, steps = search_beside(search, [base])
+    steps = search_beside(search, base)
     if not steps:
         return result
     steps = (*steps[:-1], _from_better_start(search, steps[-1], result))
@@ -125,18 +125,14 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     own = search.refit(last.response, last.at)
     tried = (*result.tried, *(search.begin(s.after.response, s.after.at) for s in steps))
     if not own.adequate:
-        beside = search.begin(last.response, last.at)
-        return SearchResult(base, beside, (), tried, steps)
+        return SearchResult(base, last, (), tried, steps)
     rivals = []
     for step in steps:
-        near = score_of(step.member, step.after) - RIVAL
-        for member, b in step.rivals:
-            if score_of(member, b) > near and isinstance(member, Effect) and member.name not in last.response.names:
-                response = last.response.without(step.member.name).with_member(member)
-                at = {k: v for k, v in last.at.items() if not k.startswith(f"{step.member.name}.")}
-                at |= {k: v for k, v in b.at.items() if k.startswith(f"{member.name}.")}
-                with suppress(ModelError):  # the strut is not held at such values: no rival
-                    rivals.append(search.refit(response, at))
+        less = last.without(step.member.name)
+        for r in (r for r in step.near(last.names) if not r.member.stands_in):
+            at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
+            with suppress(ModelError):  # the strut is not held at such values: no rival
+                rivals.append(search.refit(less.response.with_member(r.member), at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
@@ -152,20 +148,21 @@ def _from_better_start(search: Search, step: ExplainingStep, result: SearchResul
     return replace(step, after=found) if found is not None and found.lnL > step.after.lnL else step
 
 
-def is_within_tolerance(c: Candidate, effect: Effect, most: float) -> bool:
+def is_within_tolerance(c: Explanation, effect: Effect, most: float) -> bool:
     """Return whether no channel has a larger G without an effect of a candidate, everything else at the same values."""
-    less = c.response.without(effect.name)
-    return replace(c, response=less, at=less.own_values(c.at)).worst_G < most
+    return c.without(effect.name).worst_G < most
 
 
-def has_needless_effect(c: Candidate) -> bool:
+def has_needless_effect(c: Explanation) -> bool:
     """Return whether one of several effects changes no channel by more than the tolerance: a model is right to its
     tolerance only, and what single bins hold beside a right name invites any narrow effect."""
     effects = c.response.effects
     return len(effects) > 1 and any(is_within_tolerance(c, e, c.table.G) for e in effects)
 
 
-def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], tried: Sequence[Candidate]) -> SearchResult:
+def _finish(
+    search: Search, base: Explanation, adequate: Sequence[Explanation], tried: Sequence[Explanation]
+) -> SearchResult:
     """Return the result of a search that found adequate candidates: the best of them without the members that it does
     not need, with effects in the place of unmodelled modes if these do as well, and with the form of damping that the
     data ask for; the others are its rivals."""
@@ -177,7 +174,7 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
     adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
-        near = (c for c in adequate if c.score > best.score - RIVAL and c.names != best.names)
+        near = (c for c in adequate if c.score > best.score - NEAR and c.names != best.names)
         adequate = [c for c in map(search.with_other_damping, near) if c is not None and c.adequate]
         best = damped
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
@@ -185,7 +182,7 @@ def _finish(search: Search, base: Candidate, adequate: Sequence[Candidate], trie
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
 
 
-def _prefer_named(adequate: Sequence[Candidate]) -> Candidate:
+def _prefer_named(adequate: Sequence[Explanation]) -> Explanation:
     """Return the best candidate without unmodelled modes; failing that, the best one with them."""
     named = [c for c in adequate if not c.response.unmodelled_modes]
     return max(named or adequate, key=lambda c: c.score)

@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from checks import distributions as stats
 from checks.arrays import Array, Complex
 from checks.fitting.misplaced_modes import peaks as peaks_of
-from checks.gap.modelling.augmented import Member, columns_of, evaluated, slope
+from checks.gap.modelling.augmented import columns_of, evaluated, slope
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.thresholds import PER_PARAMETER
 from checks.gap.statistics.adequacy import energies
@@ -26,7 +26,7 @@ class Score:
     """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best
     first; failure: why the member could be evaluated nowhere, or ""."""
 
-    member: Member
+    member: Effect
     gain: float
     dof: int
     looked: int
@@ -44,9 +44,9 @@ class Score:
         return float(min(1.0, self.looked * stats.chi2.sf(self.gain, self.dof)))
 
 
-def screen(projected: Projected, member: Member, starts: int = 2) -> Score:
+def screen(projected: Projected, member: Effect, starts: int = 2) -> Score:
     """Return the gain of one member on top of a calibrated response, the calibrated parameters free to follow."""
-    if isinstance(member, Effect) and (score := _pulled(projected, member)) is not None:
+    if (score := _pulled(projected, member)) is not None:
         return score
     lacking = _too_small(projected, member)
     problems: list[str] = []
@@ -84,7 +84,7 @@ def _differ(a: Mapping[str, float], b: Mapping[str, float]) -> bool:
     return any(abs(a[k] - b[k]) > 1e-9 for k in a)
 
 
-def _grid(projected: Projected, member: Member, lacking: Sequence[float]) -> Iterator[dict[str, float]]:
+def _grid(projected: Projected, member: Effect, lacking: Sequence[float]) -> Iterator[dict[str, float]]:
     shapes = [p for p in member.parameters if not p.linear]
     axes = [(*p.places, *((*peaks(projected, member.channels), *lacking) if p.name == "f_Hz" else ())) for p in shapes]
     for values in product(*axes):
@@ -98,7 +98,7 @@ def peaks(projected: Projected, channels: Sequence[str]) -> list[float]:
     return peaks_of(projected.data.f, e[:, columns].sum(axis=1))
 
 
-def _too_small(projected: Projected, member: Member) -> list[float]:
+def _too_small(projected: Projected, member: Effect) -> list[float]:
     """Return the frequencies [Hz] at which the data are far above the model on the channels of a member without linear
     parameters, the worst first.
 
@@ -116,7 +116,7 @@ def _too_small(projected: Projected, member: Member) -> list[float]:
 
 
 def _tried(
-    projected: Projected, member: Member, lacking: Sequence[float], problems: list[str]
+    projected: Projected, member: Effect, lacking: Sequence[float], problems: list[str]
 ) -> Iterator[tuple[float, dict[str, float]]]:
     """Yield (gain, values) at every place of the grid that the model can hold, with the linear parameters at their
     best. problems: takes why the others cannot be."""
@@ -146,25 +146,25 @@ def _at_best(
 
 
 def _along(
-    projected: Projected, member: Member, d: Array, shape: Mapping[str, float]
+    projected: Projected, member: Effect, d: Array, shape: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
     """Return the same for values that are not linear: the gain if the effect had its best size, and, if a value of no
     effect exists, that size; a grid's own values may all be far too large."""
     share = max(float(d @ projected.left), 0.0) / max(float(d @ d), 1e-300)
     gain = share * share * float(d @ d)
     p = member.parameters[0]
-    if len(shape) == 1 and isinstance(member, Effect) and np.isfinite(p.off):
+    if len(shape) == 1 and np.isfinite(p.off):
         return gain, {p.name: float(np.clip(p.off + share * (shape[p.name] - p.off), p.lo, p.hi))}
     return gain, dict(shape)
 
 
-def directions(projected: Projected, member: Member, values: Mapping[str, float]) -> Array:
+def directions(projected: Projected, member: Effect, values: Mapping[str, float]) -> Array:
     """Return the projected rows (k, n) per unit of the linear parameters; without any, the row (1, n) of the effect
     itself at the values."""
     return projected.rows(_changes(projected, member, values))
 
 
-def _changes(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
+def _changes(projected: Projected, member: Effect, values: Mapping[str, float]) -> Complex:
     """Return the changes (k, F, C) of the response that `directions` whitens."""
     data, base = projected.data, projected.response
     if member.factor is not None:
@@ -177,7 +177,7 @@ def _changes(projected: Projected, member: Member, values: Mapping[str, float]) 
     return (response.frf(data.f, at, data.channels) - projected.modelled)[None]
 
 
-def _by_factor(projected: Projected, member: Member, values: Mapping[str, float]) -> Complex:
+def _by_factor(projected: Projected, member: Effect, values: Mapping[str, float]) -> Complex:
     """Return the same for a member that multiplies its channels: nothing else of the response is evaluated anew."""
     data, s = projected.data, np.asarray(2j * np.pi * projected.data.f, dtype=np.complex128)
     linear = [p for p in member.parameters if p.linear]

@@ -13,17 +13,17 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.calibrate import correct_records
-from checks.gap.decision.alternatives import Alternative
 from checks.gap.decision.build_result import fit_all_bins
 from checks.gap.decision.elements import Unnamed, found_element
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, FoundElement, GapVerdict
-from checks.gap.modelling.augmented import Augmented, Member
+from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import HOLDER, PARTS, RESONATOR, GenericElement, element, family, is_across, kinds_at
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.modelling.unmodelled_modes import filters
 from checks.gap.preparation.inputs import Inputs, Problem
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search, best_of_each
+from checks.gap.search.explanation import Alternative, Explanation
 from checks.gap.search.places import Places
 from checks.gap.search.screen import screen
 from checks.gap.statistics.projected_residual import project
@@ -45,15 +45,15 @@ class LinearAnswer:
     verdict: GapVerdict
     elements: tuple[FoundElement, ...]
     faults: tuple[str, ...]
-    base: Candidate
-    best: Candidate
+    base: Explanation
+    best: Explanation
     fit: Fit
     only_in: tuple[str, ...] = ()
 
     @property
     def gain(self) -> float:
         """Return the gain in log-likelihood on records that were not fitted."""
-        return self.best.lnL - replace(self.base, unseen=self.best.unseen).lnL
+        return self.best.lnL - self.base.on(self.best.unseen).lnL
 
     @cached_property
     def shares(self) -> Mapping[str, float]:
@@ -97,7 +97,7 @@ def explain_linear(
     return replace(answer, only_in=tuple(c for c, found in without.items() if _is_complete(*found)))
 
 
-def _explained(problem: Problem, search: Search, base: Candidate, most: int) -> LinearAnswer:
+def _explained(problem: Problem, search: Search, base: Explanation, most: int) -> LinearAnswer:
     best, tried = base, [base]
     for _ in range(most):
         if search.over or _is_complete(search, best):
@@ -115,7 +115,7 @@ def _explained(problem: Problem, search: Search, base: Candidate, most: int) -> 
     alike = [search.refit(c.response, c.at) for c in alike]  # with the same weights as the best
     near = best_of_each([*alike, *search.with_elements_elsewhere(best)])
     near = [c for c in near if 2.0 * (best.score - c.score) < problem.table.two_delta_lnL and _is_complete(search, c)]
-    fit, full = fit_all_bins(problem, best, problem.A.channels)
+    fit, full = fit_all_bins(problem, best)
     faults = tuple(e.words for e in problem.early)
     if not _is_complete(search, best) or any(n.partition(".")[0] in best.names for n in fit.at_bound):
         return LinearAnswer(UNEXPLAINED, (), faults, base, full, fit)
@@ -125,7 +125,7 @@ def _explained(problem: Problem, search: Search, base: Candidate, most: int) -> 
     return LinearAnswer(verdict, elements, faults, base, full, fit)
 
 
-def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]) -> tuple[Search, Candidate]:
+def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]) -> tuple[Search, Explanation]:
     """Return a search with the families and filters of a model as its library, and the calibrated model."""
     A, B = (d.thinned(problem.table.search_bins) for d in (problem.A, problem.B))
     model = replace(model, sensors={c: model.sensors[c] for c in A.channels})
@@ -134,21 +134,21 @@ def _calibrated(model: LinearModel, problem: Problem, say: Callable[[str], None]
     return _reweighted(search, search.fit(Augmented(cast(Model, model)), {}))
 
 
-def _found(member: Unnamed, best: Candidate, near: Sequence[Candidate], fit: Fit) -> FoundElement:
+def _found(member: Unnamed, best: Explanation, near: Sequence[Explanation], fit: Fit) -> FoundElement:
     """Return a member in words, with all that does as well in its place."""
     swapped = [(m, c) for c in near for m in c.response.members if c.names == best.names - {member.name} | {m.name}]
     others = [Alternative(m, c) for m, c in swapped if isinstance(m, Unnamed) and m.name not in best.names]
     return found_element(member, others, fit, best.response.model)
 
 
-def _are_of_their_kinds(c: Candidate) -> bool:
+def _are_of_their_kinds(c: Explanation) -> bool:
     return all(_is_of_its_kind(m, c) for m in c.response.members)
 
 
-def _is_of_its_kind(member: Member, c: Candidate) -> bool:
+def _is_of_its_kind(member: Effect, c: Explanation) -> bool:
     """Return whether a member has values that its kind can have: what swings does so within the band, nothing is taken
     away that was not there, and nothing comes before its cause. Others are signs of another class."""
-    own, f = c.response.of(c.at, member.name), c.unseen.f
+    own, f = c.of(member.name), c.unseen.f
     if isinstance(member, GenericElement) and is_across(member.place):
         own = {n: v for n, v in own.items() if not n.startswith("k_")}  # a part may be softer than drawn
     positive = ("k_", "m_kg", "J_", "c_", "tau_")
@@ -156,7 +156,7 @@ def _is_of_its_kind(member: Member, c: Candidate) -> bool:
     return swings and all(v > 0.0 for n, v in own.items() if n.startswith(positive))
 
 
-def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
+def _of_simple_kinds(search: Search, c: Explanation) -> Iterator[Explanation]:
     """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: if the values of
     the others are not physical, one of these explains the data."""
     for m in c.response.members:
@@ -165,7 +165,7 @@ def _of_simple_kinds(search: Search, c: Candidate) -> Iterator[Candidate]:
             yield from search.with_parts(c, m, parts)
 
 
-def _is_complete(search: Search, c: Candidate) -> bool:
+def _is_complete(search: Search, c: Explanation) -> bool:
     """Return whether chance explains what a candidate leaves, and no family of parts is off together by more than
     chance, though each of them may be so alone."""
     families = (m for m in search.library if isinstance(m, GenericElement) and m.name not in c.names)
@@ -182,7 +182,7 @@ def _with_tolerance(data: Dataset, tolerance: float) -> Dataset:
     return replace(data, tolerance=tolerance, by_frequency=tolerance * motion / size)
 
 
-def _reweighted(search: Search, c: Candidate) -> tuple[Search, Candidate]:
+def _reweighted(search: Search, c: Explanation) -> tuple[Search, Explanation]:
     """Return the search and a candidate with the tolerance as a fraction of what the candidate predicts."""
     for _ in range(REWEIGHTED):
         A, B = (d.around(c.response.frf(d.f, c.at, d.channels)) for d in (search.A, search.B))

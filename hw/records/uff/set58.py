@@ -210,6 +210,8 @@ def _body(file: str, raw: bytes, at: int, number: bytes, form: str) -> tuple[np.
     order = _byte_order(number)
     if not order:
         closing = _closing(file, raw, at)
+        if count > closing.start() - at:  # before room is made for so many times
+            raise RecordError(f"{file}: a data set 58 declares {count} values in {closing.start() - at} bytes")
         return _layout(kind, even == 1, "S13", "S13", "S20"), closing.start(), closing.end()
     # The abscissa is single by the standard (addendum B) and double in files of pyuff: the end of the set shows which.
     for stored in ("f4", "f8"):

@@ -85,7 +85,7 @@ def test_a_periodic_input_is_recognised(tmp_path: Path):
         (["{low}", "--merge-Hz", "350"], "joins two records"),
         (["{low}", "{high}", "--merge-Hz", "4000"], "cannot merge at 4000 Hz"),
         (["{low}", "{high}", "--uff", "{out}/x.uff"], "one response, not 2"),
-        (["{out}"], "is a folder, expected a record file"),
+        (["{out}"], "is a folder, expected a file"),
         (["{low}", "--plot", "{out}/x.bmp"], "ends in .pdf, .svg or .png"),
         (["{low}", "--json", "{out}"], "is a folder, expected a file"),
         (["{low}", "--json", "{low}/x.json"], "is a file, expected a folder"),

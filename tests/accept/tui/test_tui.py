@@ -32,6 +32,7 @@ from tests.accept.tui.tui_help import (
     running,
     settled,
     sign_first,
+    title,
     type_line,
     until,
     words,
@@ -104,7 +105,7 @@ async def test_nonsense_is_refused_beside_the_field_and_nothing_is_stored():
         await begin(pilot)
         await press(pilot, "down", "enter")
         before = len(stored())
-        for typed, reason in (("abc", "not a number"), ("4.99 V", "fit here; use uF"), ("1e9", "not plausible")):
+        for typed, reason in (("abc", "not a number"), ("4.99 V", "fit here; use µF"), ("1e9", "not plausible")):
             field = pilot.app.screen.query(Field).first()
             pilot.app.screen.set_focus(field.input)
             field.input.value = ""
@@ -130,16 +131,16 @@ async def test_undo_and_measuring_anew():
         await begin(pilot)
         await press(pilot, "down", "down", "enter")
         await type_line(pilot, "365")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
         await press(pilot, "ctrl+z")
-        assert "not done" in words(pilot, "#head")
+        assert "not done" in title(pilot)
         await type_line(pilot, "200")
-        assert "✗ fail" in words(pilot, "#head")
+        assert "✗ fail" in title(pilot)
         await press(pilot, "f8")
         await type_line(pilot, "gauge was loose")
-        assert "not done" in words(pilot, "#head")
+        assert "not done" in title(pilot)
         await type_line(pilot, "365")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
     assert [e["value"] for e in stored("value_taken")] == [365, 200, 365]
     assert stored("step_remeasured")[0]["reason"] == "gauge was loose"
     assert len(stored("entry_undone")) == 1
@@ -212,7 +213,7 @@ async def test_a_known_serial_goes_on_where_it_stood():
         await type_line(pilot, "0 -2.5 -3 0 -1.5 1 -2 -4")
     async with running() as pilot:
         await press(pilot, *"APA-02")
-        assert "is known: attempt 1" in words(pilot, "#about")
+        assert "Enter opens APA-02 · attempt 1" in words(pilot, "#about")
         await press(pilot, "enter")
         table = pilot.app.screen.query_one(DataTable)
         assert str(table.get_cell("flatness", "mark")).strip() == "✓"
@@ -242,15 +243,14 @@ async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
         assert "not signed. Judged in the name of Bob (typed)" in words(pilot, "#certificate")
         await press(pilot, "escape", "escape")
         await press(pilot, *"APA-02")
-        about = words(pilot, "#about")
-        assert "Bob cannot sign here" in about
-        assert "begun by Bob" in about
+        assert "Bob cannot sign here" in words(pilot, "#about")
+        assert "begun by Bob" in words(pilot, "#unit-card")
 
 
 async def test_known_units_are_listed():
     async with running() as pilot:
         await begin(pilot)
-        await press(pilot, "escape", "f2", "enter")
+        await press(pilot, "escape", "enter")
         assert pilot.app.session.serial == "APA-02"
 
 
@@ -291,7 +291,7 @@ async def test_when_storing_fails_the_entry_is_kept_and_enter_tries_again(error,
         assert field.input.value == "365"
         monkeypatch.setattr(Store, "append_many", append)
         await press(pilot, "enter")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
 
 
 async def test_an_unexpected_error_is_not_swallowed(monkeypatch):

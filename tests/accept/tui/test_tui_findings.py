@@ -1,6 +1,6 @@
 """Findings of a step at 80 columns: one reason is read once, nothing is cut. Maps: rows have their names."""
 
-import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,29 +9,17 @@ from rich.console import Console
 from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.containers import Horizontal
-from textual.widgets import Static
 
 from accept.base.documents.results import Information
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, shaded
-from accept.tui.widgets.plot import (
-    MAP_ROWS,
-    Decades,
-    Degrees,
-    MapView,
-    PanelPlot,
-    PanelView,
-    Upright,
-    apart,
-    plan,
-    thin,
-    unbroken,
-)
+from accept.tui.widgets.plan import height_words, plan
+from accept.tui.widgets.plot import PanelPlot, PanelView, apart, draw, thin
 from checks.acceptance import CHECKS
 from checks.cause import Cause, because
-from checks.picture import Band, Heights, Image, Line, Panel
+from checks.picture import Band, Heights, Image, Line, Panel, PanelKind
 from checks.quantity import Quantity
 from checks.verdict import judge
 from specs.spec import Limit
@@ -112,30 +100,95 @@ async def test_measured_points_are_on_top_of_the_model_and_both_are_there():
 
     class Shows(App[None]):
         def compose(self) -> ComposeResult:
-            yield PanelView(panel, large=True, titled=False)
+            yield PanelView(panel, titled=False)
 
     async with Shows().run_test(size=(100, 30)) as pilot:
         await at_rest(pilot)
         drawn = pilot.app.export_screenshot()
-        assert "ratio" not in str(pilot.app.query_one(".panel-head", Static).render())
-    assert 25 <= drawn.count("•") <= 60  # some forty, and one in the legend
+        assert "ratio" not in drawn
+    assert 15 <= drawn.count("•") <= 60  # some twenty, and one before its word
     assert any(chr(c) in drawn for c in range(0x2801, 0x2900))  # the curve, in braille
 
 
+def rows_of(panel: Panel, width: int = 60, height: int = 18) -> list[str]:
+    return draw(panel, width, height).text().plain.splitlines()
+
+
 def test_a_phase_is_read_in_quarters_of_a_turn():
-    for rows, expected in ((20, ["-180", "-90", "0", "90", "180"]), (4, ["-180", "0", "180"])):
-        axis = Degrees(lambda rows=rows: rows)
-        assert axis.get_labels_for_ticks(axis.get_ticks(-195.0, 195.0)) == expected
+    x = np.linspace(1.0, 100.0, 50)
+    panel = Panel("phase", "f [Hz]", "phase [deg]", (Line(x, 3.6 * x - 180.0),), y_range=(-200.0, 200.0))
+    for height, expected in ((24, ["180", "90", "0", "−90", "−180"]), (12, ["180", "0", "−180"])):
+        assert [row.split(" ┤")[0].strip() for row in rows_of(panel, height=height) if " ┤" in row] == expected
 
 
-@pytest.mark.parametrize("rows", range(3, 16))
-@pytest.mark.parametrize("low", [-2.3, -1.0, -4.7])
-def test_no_two_numbers_stand_on_one_row(rows: int, low: float):
+@pytest.mark.parametrize("height", range(6, 19))
+@pytest.mark.parametrize(("low", "log"), [(-2.3, True), (-1.0, True), (-4.7, True), (-0.2, False)])
+def test_no_two_numbers_stand_on_one_row_nor_run_into_each_other(height: int, low: float, log: bool):
     """0.1 and 0.01 were printed over each other: 00.1."""
-    for axis in (Decades(few=2, rows=lambda: rows), Upright(lambda: rows)):
-        places = [round((t - low) / (0.4 - low) * (rows - 1)) for t in axis.get_ticks(low, 0.4)]
-        assert len(set(places)) == len(places)
-        assert places
+    y = np.linspace(low, 0.4, 20)
+    line = Line(10.0**y, 10.0**y) if log else Line(y, y)
+    for width in range(20, 70, 7):
+        rows = rows_of(Panel("", "x", "y", (line,), x_log=log, y_log=log), width, height)
+        numbers = [row.split(" ┤")[0].strip() for row in rows if " ┤" in row]
+        assert numbers
+        assert all(re.fullmatch(r"−?(0|1|2|5|10|25|75|[0-9.]+|([25]·)?10[⁰¹²³⁴⁵⁻]*)", number) for number in numbers)
+        assert len(set(numbers)) == len(numbers)
+        along = rows[-1].split()[:-1]
+        assert len(set(along)) == len(along)
+
+
+def test_a_value_stands_in_the_cell_of_its_number():
+    """The tick of zero and a point at zero are the same cell, and a quarter on is a quarter of the cells on."""
+    panel = Panel("", "x", "y", (Line(np.zeros(1), np.zeros(1), style="points"),), x_range=(-1, 1), y_range=(-1, 1))
+    rows = rows_of(panel, 65, 28)
+    (row,) = (n for n, text in enumerate(rows) if "•" in text)
+    assert float(rows[row].split("┤")[0]) == 0.0
+    column = rows[row].index("•")
+    assert rows[-2][column] == "┴"
+    assert rows[-1][column - 1 : column + 2].strip().startswith("0")
+    moved = Panel("", "x", "y", (Line(np.full(1, 0.5), np.full(1, 0.5), style="points"),), x_range=(-1, 1),
+                  y_range=(-1, 1))  # fmt: skip
+    (up,) = (n for n, text in enumerate(rows_of(moved, 65, 28)) if "•" in text)
+    left = rows[-2].index("└") + 1
+    assert rows_of(moved, 65, 28)[up].index("•") - column == pytest.approx((65 - left) / 4, abs=1.0)
+    assert row - up == pytest.approx((28 - 3) / 4, abs=1.0)
+
+
+def test_a_circle_is_round():
+    """A cell of 2 x 4 dots is twice as high as wide: at equal scales a circle is as many dots wide as high."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 90)
+    circle = Line(50.0 * np.cos(turn), 50.0 * np.sin(turn))
+    for width, height in ((40, 20), (70, 18), (30, 28)):
+        bits = draw(Panel("", "dx [um]", "dy [um]", (circle,), equal=True), width, height).bits
+        across, down = np.ptp(np.flatnonzero(bits.any(axis=0))), np.ptp(np.flatnonzero(bits.any(axis=1)))
+        assert across == pytest.approx(down, abs=2.0)
+        assert across > 20
+
+
+def test_two_curves_that_share_a_cell_both_keep_their_dots():
+    """One of them had a gap wherever the other one was drawn over it."""
+    x = np.linspace(0.0, 1.0, 50)
+    level, rising = Line(x, np.full(50, 0.5)), Line(x, x)
+    ends = {"x_range": (0.0, 1.0), "y_range": (0.0, 1.0)}
+    both, one, other = (
+        draw(Panel("", "x", "y", items, **ends), 50, 20).bits for items in ((level, rising), (level,), (rising,))
+    )
+    assert np.array_equal(both, one | other)
+    assert (one.reshape(20, 4, 50, 2).any((1, 3)) & other.reshape(20, 4, 50, 2).any((1, 3))).any()
+
+
+def test_words_stand_at_their_curve_and_not_at_the_other():
+    x = np.linspace(0.0, 100.0, 300)
+    rows = rows_of(Panel("", "x", "y", (Line(x, 3.0 * x, "steep one"), Line(x, 0.3 * x, "flat one"))), 70, 24)
+    (steep,), (flat,) = ([n for n, row in enumerate(rows) if words in row] for words in ("steep one", "flat one"))
+    assert 0 < steep < flat - 5  # in the axes, each near its own
+
+
+def test_words_without_a_place_at_their_curve_stand_above_the_axes():
+    x = np.linspace(0.0, 1.0, 400)
+    items = tuple(Line(x, np.sin(90.0 * x + n), f"number {n}") for n in range(3))
+    rows = rows_of(Panel("", "x", "y", items), 60, 9)
+    assert all(f"number {n}" in "\n".join(rows) for n in range(3))
 
 
 async def test_a_map_beside_another_picture_stays_in_its_lines():
@@ -152,10 +205,10 @@ async def test_a_map_beside_another_picture_stays_in_its_lines():
 
     async with Shows().run_test(size=(98, 30)) as pilot:
         await at_rest(pilot)
-        for view in pilot.app.query(MapView):
+        for view in pilot.app.query(PanelPlot):
             rows = str(view.render()).splitlines()
             assert 30 <= max(map(len, rows)) <= view.size.width
-            assert sum(row.endswith("█") for row in rows) == MAP_ROWS
+            assert sum(row.endswith("█") for row in rows) == view.size.height - 2
 
 
 def test_a_narrow_peak_stays_in_a_narrow_map():
@@ -211,9 +264,12 @@ def test_values_of_a_model_have_words_and_units():
 
 def test_no_line_is_drawn_across_a_turn_of_the_phase():
     phase = np.array([170.0, 178.0, -179.0, -175.0, 179.0])
-    parts = [list(y) for _, y in unbroken(np.arange(5.0), phase, 180.0)]
-    assert parts == [[170.0, 178.0], [-179.0, -175.0], [179.0]]
-    assert len(list(unbroken(np.arange(5.0), phase, math.inf))) == 1
+    line, ends = Line(np.arange(5.0), phase), {"y_range": (-200.0, 200.0)}
+    turned = draw(Panel("", "x", "phase [deg]", (line,), kind=PanelKind.PHASE, **ends), 50, 24).bits
+    across = draw(Panel("", "x", "phase [deg]", (line,), **ends), 50, 24).bits
+    middle = slice(8 * 4, 14 * 4)
+    assert not turned[middle].any()
+    assert across[middle].any()
 
 
 def test_heights_that_lie_close_together_do_not_run_into_each_other():
@@ -221,5 +277,20 @@ def test_heights_that_lie_close_together_do_not_run_into_each_other():
     x = np.array([0.0, 0.0, 0.5, 1.0, 30.0])
     y = np.array([0.0, 0.5, 0.5, 0.4, 30.0])
     z = np.array([-12.3456, 7.0, -100.25, 0.0, 3.2])
-    drawn = plan(Heights(x, y, z, label="um"), 32)
-    assert sorted(drawn.removesuffix("\num").split()) == ["1:-12.3", "2:+7.0", "3:-100.2", "4:+0.0", "5:+3.2"]
+    drawn = plan(Heights(x, y, z, label="um"), 40).text().plain
+    assert {"-12.3", "+7.0", "-100.2", "+0.0", "+3.2"} <= set(drawn.split())
+    assert drawn.splitlines()[-1].startswith("µm" if "µm" in drawn else "um")
+
+
+def test_a_point_without_a_height_is_the_next_one_and_decimal_points_are_aligned():
+    z = np.array([0.0, -11.5, np.nan, np.nan])
+    x, y = np.array([-20.0, 20.0, 20.0, -20.0]), np.array([9.0, 9.0, -9.0, -9.0])
+    words = height_words(z)
+    assert words == [" +0.0", "-11.5", "     ", "     "]
+    rows = plan(Heights(x, y, z, label="z"), 50, 11).text().plain.splitlines()
+    assert "\n".join(rows).count("◉") == 1
+    (due,) = (row for row in rows if "◉" in row)
+    assert "3 ◉" in due
+    upper, lower = (next(n for n, row in enumerate(rows) if f"{k} " in row) for k in (1, 3))
+    assert upper < lower  # y upwards
+    assert rows[upper].index("1 ") < rows[upper].index("2 ")  # x to the right

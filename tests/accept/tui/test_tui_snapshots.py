@@ -8,6 +8,7 @@ import os
 import re
 import time
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,15 @@ from textual.widgets import DataTable, Input
 
 from accept.judging import load_spec
 from accept.store.payloads import StepJudged
-from accept.tui.screens import units
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens import start
+from accept.tui.screens import step as step_screen
+from accept.tui.widgets.bench import units_table
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
+from accept.workflow.effects import serve_begin
 from accept.workflow.session import Session, panel_cache
+from accept.workflow.steps.overview import Drift, Week
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
 from tests.accept.tui.tui_help import (
@@ -32,8 +38,8 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     shown,
+    title,
     type_line,
-    words,
 )
 from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
@@ -44,6 +50,9 @@ SIZES = pytest.mark.parametrize("size", [NARROW, (100, 30), WIDE], ids=["80x24",
 ROWS = ("frf", "misalignment", "hysteresis", "gap")
 WINDOW = {"#ff5f57", "#febc2e", "#28c840", "#c5c8c6"}  # buttons and default grey that an exported picture is given
 RECORDS = Path("records")  # relative, so that the pictures do not show where the tests run
+NOW = datetime(2026, 11, 26, 10, 52)
+DRIFT = Drift("apa", "stroke_um", (364.0, 363.2, 363.5, 362.1, 361.7, 361.9, 360.8, 360.1, 359.6, 359.9), -1)
+WEEK = Week(40, 27, 3, 1, 31, (9, 10, 8, 4, 0, 0, 0), (21.0, 34.0, 29.0, 18.0, 17.0, 12.0, 38.0, 18.0), DRIFT)
 METER = Only("capacitance", Fake([4.95e-6]))
 
 
@@ -51,7 +60,12 @@ METER = Only("capacitance", Fake([4.95e-6]))
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(units, "when_words", lambda _: "Mon 14:10")
+    monkeypatch.setattr(start, "now", lambda: NOW)
+    monkeypatch.setattr(units_table, "since_words", lambda *_: "2 min")
+    monkeypatch.setattr(units_table, "when_words", lambda _: "Wed 25 Nov 14:10")
+    monkeypatch.setattr(serve_begin, "week_of", lambda *_: WEEK)
+    monkeypatch.setattr(step_screen, "age_words", lambda _: "12 s ago")
+    monkeypatch.setattr(Working, "tell", lambda *_: None)  # words with the time that go by themselves
     monkeypatch.setenv("COLORTERM", "truecolor")  # few colours are shown in another way
     monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
     time.tzset()
@@ -151,7 +165,7 @@ async def test_the_screens_of_an_apa(size: tuple[int, int]):
         look(pilot, "summary")
         await press(pilot, "f2")
         look(pilot, "signing")
-        await press(pilot, "escape", "escape", "escape", "f2")
+        await press(pilot, "escape", "escape", "escape")
         look(pilot, "known_units")
 
 
@@ -170,7 +184,7 @@ async def flatness(pilot: Pilot[None]) -> None:
 
 async def values(pilot: Pilot[None]) -> None:
     await go_to(pilot, "capacitance")
-    await shown(pilot, "#gauge", "4.95 uF")
+    await shown(pilot, "#gauge", "4.95 µF")
     look(pilot, "live_value")
     refused = pilot.app.focused
     await type_line(pilot, "4.99 V")
@@ -228,7 +242,7 @@ async def test_without_colour_every_state_has_its_mark(monkeypatch: pytest.Monke
         marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")).strip() for row in ROWS]
         assert marks == ["?", "✗", "·", "○"]
         await go_to(pilot, "misalignment")
-        assert "✗ fail" in words(pilot, "#head")
+        assert "✗ fail" in title(pilot)
         colours = set(re.findall(r"(?:fill|color): ?(#[0-9a-f]{6})", pilot.app.export_screenshot()))
         inside = {c for c in colours if len({c[1:3], c[3:5], c[5:7]}) > 1}
         assert inside <= WINDOW  # grey but for the frame that the picture itself has

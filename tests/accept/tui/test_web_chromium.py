@@ -61,7 +61,7 @@ class Browser:
         self.saved()
 
     def _last(self) -> int:
-        return max(map(int, re.findall(r"Saved \((\d+)\)", self.text)), default=0)
+        return max(map(int, re.findall(r"as entry (\d+)", self.text)), default=0)
 
     def press(self, *keys: str) -> None:
         for key in keys:
@@ -95,7 +95,7 @@ def test_a_unit_in_training_by_keys_in_a_browser(address: str, tmp_path: Path) -
         page = chromium.new_page(viewport={"width": 1000, "height": 640})
         at = Browser(page)
         page.goto(address)
-        at.wait_for("new unit TRAIN-")
+        at.wait_for("is a new unit")
         at.press("Enter", "Enter")  # without a click before: the page has the focus
         at.wait_for("Enter: open the step")
         measure(at)
@@ -128,7 +128,7 @@ def test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution(add
                 page.locator(f"#touch button[data-key={key}]").click()
 
         page.goto(address)
-        at.wait_for("new unit TRAIN-")
+        at.wait_for("is a new unit")
         for width in (1280, 1000, 640):
             page.set_viewport_size({"width": width, "height": 800})
             assert_a_glove_hits_each_key(page)
@@ -146,10 +146,10 @@ def test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution(add
         (kept,) = (tmp_path / "home").rglob("notes/a_crack.png")
         assert kept.read_bytes() == bytes([137, 80, 78, 71])
         touch("z")
-        at.wait_for("Undone: ")
+        at.wait_for(r"Undone \d")
         dark = page.screenshot()
         touch("F12")
-        at.wait_for("Undone: ")  # all is drawn again, in other colours
+        at.wait_for(r"Undone \d")  # all is drawn again, in other colours
         assert page.screenshot() != dark
         touch("Enter")
         at.wait_for("Height 1")

@@ -24,7 +24,7 @@ from accept.certificate.verify.attachments import check_result
 from accept.certificate.verify.rejudge import read_unit
 from accept.cli.main import app
 from accept.judging import calibration, judge_unit, load_spec
-from accept.pictures.labels import inputs_words
+from accept.pictures.labels import CHANNELS, LONGEST_INPUTS, inputs_words
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE
 from checks.acceptance import CHECKS
@@ -90,6 +90,15 @@ def text_of(pdf: Path) -> str:
     """The text of a page, on one line."""
     found = subprocess.run(["pdftotext", "-layout", pdf, "-"], capture_output=True, text=True, check=True).stdout
     return " ".join(found.split())
+
+
+def test_no_name_pushes_what_scales_out_of_the_line() -> None:
+    """Page and verify cut the line of inputs. Red before: after a name of 3000 letters the gain stood on neither."""
+    long = "n" * 4000
+    read = {"name": "one_stack", "value": f"{long}.mat", "unit": "", "source": UNIT_FILE}
+    taken = {"name": f"{CHANNELS}d", "value": {"name": long, "gain": 1.8}, "unit": "", "source": UNIT_FILE}
+    (words,) = inputs_words({"findings": [{"check": "stroke", "inputs": [read, taken]}]}).values()
+    assert "is multiplied by 1.8" in words[:LONGEST_INPUTS]
 
 
 def test_the_mass_of_the_spec_accepts(folder: Path) -> None:

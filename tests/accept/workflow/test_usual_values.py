@@ -1,10 +1,13 @@
 """The usual value of a quantity: the median over the last units of the kind, each once."""
 
+from statistics import median
+
 from accept.base.home import home
 from accept.judging import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
-from accept.workflow.session.open_session import FEWEST, UNITS, open_session, usual_values
+from accept.workflow.session.judgements import FEWEST, earlier_values
+from accept.workflow.session.open_session import UNITS, earlier_units, open_session
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 
@@ -18,19 +21,23 @@ def judged(store: Store, serial: str, sensor_uF: float) -> None:
     session.close()
 
 
+def usual(store: Store, kind: str, but: str = "") -> dict[str, float]:
+    return {name: median(values) for name, values in earlier_values(earlier_units(store, kind, but)).items()}
+
+
 def test_the_median_of_the_last_units_each_once_and_not_this_one():
     with open_store() as store:
         for n in range(FEWEST - 1):
             judged(store, f"A-{n}", 4.90)
         judged(store, "A-0", 4.90)  # again: it is no further unit
-        assert usual_values(store, "apa") == {}
+        assert usual(store, "apa") == {}
         judged(store, "A-9", 5.30)
-        assert usual_values(store, "apa")["sensor_uF"] == 4.90
-        assert usual_values(store, "apa", but="A-9") == {}
-        assert usual_values(store, "strut") == {}
+        assert usual(store, "apa")["sensor_uF"] == 4.90
+        assert usual(store, "apa", but="A-9") == {}
+        assert usual(store, "strut") == {}
         for n in range(UNITS):
             judged(store, f"B-{n:02d}", 5.00)
-        assert usual_values(store, "apa")["sensor_uF"] == 5.00  # what is older no longer counts
+        assert usual(store, "apa")["sensor_uF"] == 5.00  # what is older no longer counts
         session = open_session(store, home(), load_spec("apa-basic"), "Ann", "C-1")
         assert session.judgements.usual["sensor_uF"] == 5.00
         session.close()

@@ -11,7 +11,7 @@ import pytest
 
 from checks.arrays import Complex
 from checks.fitting import Dataset
-from checks.gap.search.disagreement import VALUES_PER_CELL, cells, left_by_cell, with_disagreement
+from checks.gap.statistics.disagreement import VALUES_PER_CELL, cells, left_by_cell, with_disagreement
 from checks.gap.workflow import Inputs, run
 from tests.checks.gap.shared.gap_cases import CHANNELS, F, inputs
 

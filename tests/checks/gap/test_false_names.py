@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
-from checks.gap.decision.beside_gates import BESIDE_GATES, BesideEvidence
-from checks.gap.decision.gates import Claim, FullEvidence
-from checks.gap.decision.verdict import early_channels, scale_or_lopsided
+from checks.gap.decision.evidence import NameEvidence
+from checks.gap.decision.gates import GATES, Claim
+from checks.gap.decision.rivals import early_channels, rivals_by, scale_or_lopsided
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.modelling.unmodelled_modes import levels
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
-from checks.gap.search.disagreement import DisagreementFit
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult, has_needless_effect, is_within_tolerance
 from checks.gap.workflow import run
 from checks.model import LearnedBench
@@ -45,13 +44,13 @@ def test_a_resonance_of_the_encoder_is_no_scale() -> None:
     assert missing.poles_Hz == pytest.approx([484.0], abs=1.0)  # its interval is some tenths of a hertz
 
 
-def candidate(at: dict[str, dict[str, float]], true: dict[str, dict[str, float]]) -> Candidate:
+def candidate(at: dict[str, dict[str, float]], true: dict[str, dict[str, float]]) -> Explanation:
     """Return a strut's candidate with effects at values, beside records of the same strut with true ones."""
     model = replace(drawn(3), tolerance=0.01)
     response = Augmented(model, tuple(effect_named(name) for name in at))
     values = {f"{name}.{p}": v for name, own in at.items() for p, v in own.items()}
     start = {p.name: values.get(p.name, p.begin) for p in response.free()}
-    return Candidate(response, start, 0.0, recorded(model, 6, true), THRESHOLDS)
+    return Explanation(response, start, 0.0, recorded(model, 6, true), THRESHOLDS)
 
 
 MERGE_HZ = 350.0  # between the records of low and high frequencies
@@ -94,9 +93,8 @@ def test_a_scale_beside_a_gap_may_be_a_lopsided_apa_where_the_file_has_one(state
     sds = {**model.sds, **({"apa.lopsided_x_um": 30.0} if stated else {})}
     found = replace(found, response=replace(found.response, model=replace(model, sds=sds)))
     found = replace(found, at={**{p.name: p.begin for p in found.response.free()}, **found.at})
-    claims = [Claim(effect_named("encoder_scale"), 50.0, 0.0, ())]
     assert found.adequate is complete
-    assert bool(scale_or_lopsided(found, claims)) is (stated and not complete)
+    assert bool(scale_or_lopsided(found, effect_named("encoder_scale"))) is (stated and not complete)
 
 
 @pytest.mark.parametrize(("ratio", "needless"), [(2e-5, True), (0.05, False)])
@@ -118,25 +116,26 @@ def test_beside_a_disagreement_a_name_explains_a_channel(ratio: float, left: boo
     gain of 20 that was a second mass on the encoder. Here beside a mode of the bench that the explanation lacks."""
     scale = {"encoder_scale": {"relative": 0.1}}
     found = candidate(scale, {**scale, "bench_mode": {**BENCH, "ratio": ratio}})
-    fitted = DisagreementFit(found.response, found.at, 0.0, found.unseen)
-    search = Search(found.unseen, found.unseen, (), THRESHOLDS, quiet)
-    evidence = BesideEvidence(effect_named("encoder_scale"), fitted, None, None, THRESHOLDS, search)
-    (gate,) = (gate for gate in BESIDE_GATES if gate.name == "channel_left")
+    evidence = evidence_of(replace(found, beside=True), "encoder_scale")
+    (gate,) = (gate for gate in GATES if gate.name == "channel_left")
     assert gate.test(evidence) is not left
     assert evidence.required_gain == (2.0 if twice else 1.0) * THRESHOLDS.delta_lnL
 
 
-def on_learned_bench(c: Candidate) -> Candidate:
+def on_learned_bench(c: Explanation) -> Explanation:
     flat = np.zeros((2, 3))
     learned = LearnedBench(np.array([10.0, 1000.0]), c.unseen.channels, flat + 0j, flat, flat + 0.01)
     return replace(c, response=replace(c.response, model=replace(c.response.model, learned=learned)))
 
 
-def needless_alone(c: Candidate) -> bool:
+def needless_alone(c: Explanation) -> bool:
     (effect,) = c.response.effects
+    return evidence_of(c, effect.name).needless
+
+
+def evidence_of(c: Explanation, effect: str) -> NameEvidence:
     search = Search(c.unseen, c.unseen, (), THRESHOLDS, quiet)
-    evidence = FullEvidence(effect, c, None, None, THRESHOLDS, search, SearchResult(c, c, (), ()))
-    return evidence.needless
+    return NameEvidence(effect_named(effect), search, SearchResult(c, c, (), ()), c, None, None)
 
 
 @pytest.mark.parametrize(
@@ -154,9 +153,10 @@ def test_a_channel_that_is_early_beside_a_lag_of_the_drive_may_be_the_others_lat
     effects = {**drive, "channel_latency_da": {"tau_us": tau_us}}
     found = candidate(effects, effects)
     claims = [Claim(effect_named(name), 1e3, 0.0, ()) for name in effects]
-    names = [a.effects for a in early_channels(found, claims)]
+    names = [a.effects for a in rivals_by([early_channels], found, claims)]
     assert names == [("channel_latency_Vs", "channel_latency_da", "channel_latency_de")] * ambiguous
-    assert not early_channels(on_learned_bench(found), claims)  # there it is one from what its units have in common
+    # there it is one from what its units have in common
+    assert not rivals_by([early_channels], on_learned_bench(found), claims)
 
 
 @pytest.mark.needs_data

@@ -11,12 +11,13 @@ from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.build_result import _too_weak, _without
-from checks.gap.decision.gates import BEYOND_CHANCE, Claim, is_small_beside, matters_without_band
+from checks.gap.decision.evidence import BEYOND_CHANCE, NameEvidence, is_small_beside, matters_without_band
+from checks.gap.decision.gates import GATES, Claim, gates_of
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import Adequacy, ExcessBand
 from tests.checks.gap.shared.gap_cases import drawn, recorded
@@ -56,6 +57,31 @@ def test_what_lies_nowhere_weighs(p: float, windows: tuple[ExcessBand, ...], G_b
 )
 def test_a_hundredth_within_the_tolerance_leaves_a_name(gain: float, left: float, worst_G: float, small: bool) -> None:
     assert is_small_beside(gain, left, worst_G) is small
+
+
+def test_gates_stand_in_one_table_and_each_after_those_that_cover_its_fault() -> None:
+    names = [gate.name for gate in GATES]
+    assert len(set(names)) == len(names)
+    for gate in GATES:
+        (cover,) = (g for g in GATES if g.name == gate.after) if gate.after else (gate,)
+        assert names.index(cover.name) <= names.index(gate.name)
+        assert cover.beside in (None, gate.beside)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_an_explanation_is_judged_by_the_gates_of_its_likelihood(beside: bool) -> None:
+    model = replace(drawn(3), tolerance=0.01)
+    A, B = (recorded(model, seed, HIDDEN) for seed in (6, 7))
+    search = Search(A, B, (), THRESHOLDS, lambda _: None)
+    effect = effect_named("sensor_highpass")
+    right = search.begin(Augmented(model, (effect,)), {"sensor_highpass.f_Hz": 5.0})
+    c = replace(right, beside=beside)
+    judged = {g.name for g in gates_of(NameEvidence(effect, search, SearchResult(c, c, (), ()), c, None, None))}
+    assert ("worst_cell" in judged, "residual_left" in judged) == (beside, not beside)
+    # with the sizes free, what agrees to its tolerance costs nothing but priors, and a wrong value still costs
+    wrong = replace(search.begin(c.response, {"sensor_highpass.f_Hz": 20.0}), beside=beside)
+    assert (c.lnL > -5.0) is beside
+    assert wrong.lnL < c.lnL - THRESHOLDS.delta_lnL
 
 
 @pytest.mark.needs_data
@@ -108,7 +134,7 @@ def test_a_pull_is_of_a_parameter_that_the_data_alone_tell() -> None:
         information = J @ J.T + others.T @ others
         if np.sqrt(np.linalg.inv(information)[k, k]) < PULLED_SD:
             told.add(own.name)
-    pulls = set(Candidate(response, at, 0.0, data, THRESHOLDS).seen.pulls)
+    pulls = set(Explanation(response, at, 0.0, data, THRESHOLDS).seen.pulls)
     assert pulls == told
     assert told
     assert told < {p.name for p in bounded}  # some modes of the shell lie far above the band
@@ -141,7 +167,7 @@ def test_without_it_the_rest_is_fitted_again_and_keeps_its_rivals() -> None:
     search = Search(A, B, (), THRESHOLDS, lambda _: None)
     plain = Augmented(model)
 
-    def of(**effects: dict[str, float]) -> Candidate:
+    def of(**effects: dict[str, float]) -> Explanation:
         response = Augmented(model, tuple(effect_named(name) for name in effects))
         at = {f"{name}.{p}": v for name, own in effects.items() for p, v in own.items()}
         return search.begin(response, {**response.own_values(at)})

@@ -19,7 +19,7 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation import record_faults
 from checks.gap.preparation.inputs import possible_faults, with_fault
-from checks.gap.search.candidate import Candidate
+from checks.gap.search.explanation import Explanation
 from checks.gap.workflow import GapRefused, run
 from tests.checks.gap.shared.gap_cases import inputs, recorded, strut
 
@@ -87,14 +87,14 @@ def test_a_claim_that_widens_a_gap_is_taken_back() -> None:
     prior = strut().calibrated
     values = dict(zip(prior.names, prior.values.tolist(), strict=True))
     helps, harms = EFFECTS["crosstalk"], EFFECTS["encoder_scale"]
-    full = Candidate(
+    full = Explanation(
         Augmented(strut(), (helps, harms)),
         values | {"crosstalk.V_per_V": 0.02, "encoder_scale.relative": 0.2},
         0.0,
         data,
         THRESHOLDS,
     )
-    bare = Candidate(Augmented(strut()), values, 0.0, data, THRESHOLDS)
+    bare = Explanation(Augmented(strut()), values, 0.0, data, THRESHOLDS)
     made = (Claim(helps, 900.0, 0.0, ()), Claim(harms, 100.0, 0.0, ()))
     claims, before, after = withdraw_harmful([bare], full, made)
     assert [c.effect.name for c in claims if not c.reasons] == ["crosstalk"]

@@ -1,5 +1,7 @@
 """TDMS files: what npTDMS writes is read to the last bit; what is damaged or cut off is refused."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -96,3 +98,19 @@ def test_a_file_that_is_damaged_anywhere(tmp_path):
         except RecordError:
             continue
         assert record.t.size == N
+
+
+@pytest.mark.parametrize(
+    "properties", [{"NI_Number_Of_Scales": 2 * 10**9}, {f"NI_Scale[{10**9}]_Scale_Type": "Linear"}]
+)
+def test_a_number_of_scales_takes_no_memory(tmp_path, properties):
+    """Red before: 16 GB to list the channels of a file of 400 bytes, as npTDMS makes a list of so many."""
+    path = written(tmp_path / "run.tdms", properties=WAVE | properties)
+    tracemalloc.start()
+    try:
+        assert "V" in list_channels(path)
+        with pytest.raises(RecordError, match="states more than 100 scales"):
+            read(path, SERIES)
+        assert tracemalloc.get_traced_memory()[1] < 50e6
+    finally:
+        tracemalloc.stop()

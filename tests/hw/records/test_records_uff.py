@@ -7,6 +7,7 @@ import pytest
 import pyuff
 
 from checks.errors import RecordError
+from hw.records import list_channels
 from hw.records.uff import write as uff
 from tests.hw.records.read_uff import read_frf
 
@@ -126,3 +127,15 @@ def test_what_is_not_written(change, words):
     good = {"f": np.arange(1.0, 6.0), "H": np.ones((5, 2), complex), "channels": ["de", "Vs"], "input_name": "Va"}
     with pytest.raises(ValueError, match=words):
         uff.frf_bytes(**(good | change), units=UNITS)
+
+
+def test_a_count_that_the_file_cannot_hold_takes_no_memory(tmp_path):
+    """Red before: the times of two milliards of values were made, 15 GB, to list the channels of a file of 1 kB."""
+    path = tmp_path / "a.uff"
+    path.write_bytes(uff.frf_bytes(np.arange(1, 20) * 0.5, np.ones((19, 1)), ["de"], "Va", UNITS))
+    stated, function = b"         4        19         1", b"    4         0    0"
+    assert path.read_bytes().count(stated) == path.read_bytes().count(function) == 1
+    content = path.read_bytes().replace(stated, b"         42000000000         1")
+    path.write_bytes(content.replace(function, b"    1         0    0"))
+    with pytest.raises(RecordError, match="declares 2000000000 values in"):
+        list_channels(path)

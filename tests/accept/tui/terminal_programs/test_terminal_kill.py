@@ -29,7 +29,7 @@ pytestmark = pytest.mark.terminal
 KILLS_A_RUN = 20 if SOAK else 3
 LONGEST_S = 6.0  # until a kill: several entries and their judgement, or a signature
 SERIAL = "APA-77"
-ACKNOWLEDGED = re.compile(r"Saved \((\d+)\)")
+ACKNOWLEDGED = re.compile(r"as entry (\d+)")
 READ = "F3"
 ENTRIES = {
     "flatness": (READ,) * 8,
@@ -101,9 +101,9 @@ def stands_at(attempt: Attempt | None) -> int | None:
 
 
 def begin(ann: Technician, attempt: Attempt | None) -> None:
-    ann.at.wait_for("Enter: next field")
+    ann.at.wait_for("Scan a serial")
     ann.at.type(SERIAL)
-    ann.at.wait_for(f"(new unit {SERIAL}|{SERIAL} is known)")
+    ann.at.wait_for(f"({SERIAL} is a new unit|Enter opens {SERIAL})")
     ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
     ann.at.wait_for("Enter: open the step")
 

@@ -17,8 +17,8 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.modelling.unmodelled_modes import MODE
-from checks.gap.search.candidate import Candidate
 from checks.gap.search.candidates import Search
+from checks.gap.search.explanation import Explanation
 from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
@@ -142,7 +142,7 @@ def test_a_search_turns_back_from_an_element_with_which_the_strut_is_not_held_at
     data = recorded(truth(), SEED)
     at = response.own_values({}) | {f"{e.name}.m_kg": -30.0, f"{e.name}.x_mm": 0.0, f"{e.name}.y_mm": 0.0}
     search = Search(data, data, (), THRESHOLDS, lambda _: None)
-    assert search.refit_from_priors([Candidate(response, at, 1.0, data, THRESHOLDS)]) == []
+    assert search.refit_from_priors([Explanation(response, at, 1.0, data, THRESHOLDS)]) == []
 
 
 class TestPlaces:

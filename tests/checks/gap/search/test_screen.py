@@ -2,7 +2,7 @@
 
 import pytest
 
-from checks.gap.decision.gates import on_a_mode
+from checks.gap.decision.evidence import on_a_mode
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.search.screen import screen

@@ -10,8 +10,8 @@ from checks.fitting.calibrate import quicker
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS
-from checks.gap.search.candidate import GROSS, Candidate
 from checks.gap.search.candidates import MOVES, Search
+from checks.gap.search.explanation import GROSS, Explanation
 from checks.model import Model
 from tests.checks.gap.shared.gap_cases import recorded
 
@@ -44,7 +44,7 @@ def test_a_misaligned_strut_is_explained_from_far_away(dx_um: float, dy_um: floa
     search = Search(A, B, (effect,), THRESHOLDS, lambda _: None)
     response = Augmented(as_built())
     at = {p.name: p.begin for p in response.free()}
-    base = Candidate(response, at, 0.0, B, THRESHOLDS)
+    base = Explanation(response, at, 0.0, B, THRESHOLDS)
     assert base.worst_G > GROSS
     (found,) = search.add_one(base)
     assert found.adequate

@@ -1,0 +1,39 @@
+"""A region with a title in its border; how it stands is said behind the title."""
+
+from collections.abc import Sequence
+
+from rich.text import Text
+from textual.containers import Vertical
+from textual.content import Content
+from textual.geometry import Region
+from textual.widget import Widget
+from textual.widgets import Static
+
+# Styles of text that is drawn, as those of the theme: a title is styled by the library.
+_OF_THEME = {"green": "$success", "red": "$error", "yellow": "$warning", "cyan": "$primary", "magenta": "$secondary"}
+
+
+def entitle(card: Widget, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:
+    """Set title and state of a card; the state as words or as pieces, each with its style. Nothing in them is a
+    style."""
+    pieces = [(state, "not bold")] if isinstance(state, str) else state
+    styled = ((words, " ".join(_OF_THEME.get(part, part) for part in style.split())) for words, style in pieces)
+    content = Content.assemble(title, "  ", *styled) if state else Content(title)
+    if card.border_title != content.markup:
+        setattr(card, "_border_title", content)  # noqa: B010 - the library's own setter draws the whole card anew
+        left, top = card.content_offset
+        card.refresh(Region(-left, -top, card.outer_size.width, 1))
+
+
+class Card(Vertical):
+    """Such a region around other parts."""
+
+    def __init__(self, *parts: Widget, title: str, id: str) -> None:
+        super().__init__(*parts, id=id, classes="card")
+        self.border_title = title
+
+
+def put(shown: Static, content: Text | str) -> None:
+    """Show a text, if it is another: what is updated is laid out and sent anew."""
+    if shown.content != content:
+        shown.update(content)
