@@ -44,29 +44,6 @@ if TYPE_CHECKING:
         to_ss,
     )
 
-__all__ = [
-    "AcceptError",
-    "NoResult",
-    "Plot",
-    "analyse_gap",
-    "dataset",
-    "estimate_misalignment",
-    "fit_model",
-    "frequency_response",
-    "hammer_response",
-    "judge",
-    "open_model",
-    "plot",
-    "read_record",
-    "read_response",
-    "read_unit",
-    "responses",
-    "save_ss",
-    "simulate_unit",
-    "to_control",
-    "to_ss",
-]
-
 
 def _strangers() -> str:
     """Return, in one line, which foreign module is imported in place of one of the program's, "" if there is no such
@@ -88,14 +65,14 @@ def _strangers() -> str:
 
 
 def __getattr__(name: str) -> Any:
-    if name in __all__:
-        if problem := _strangers():
-            raise ImportError(problem)
-        return getattr(import_module("accept.analysis.api"), name)
     if name == "__version__":
         return import_module("accept.base.version").version()
-    raise AttributeError(f"module 'accept' has no attribute '{name}'; it offers {', '.join(__all__)}")
+    if problem := _strangers():
+        raise ImportError(problem)
+    specs = import_module("specs")
+    return sorted(specs.shown(__name__)) if name == "__all__" else specs.door(__name__)(name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*__all__, *(name for name in globals() if name.startswith("__")), "__version__"})
+    own = (name for name in globals() if name.startswith("__"))
+    return sorted({*__getattr__("__all__"), *own, "__version__"})

@@ -22,7 +22,7 @@ import scipy.fft
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_entry import FileEntry

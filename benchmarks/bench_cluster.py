@@ -18,7 +18,7 @@ from distributed import Client, LocalCluster
 from accept.base.cluster.dask_workers import KEPT, KEPT_MESSAGES, DaskWorkers
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from tests.accept.units.units import make_unit
 

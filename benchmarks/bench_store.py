@@ -19,7 +19,7 @@ from typing import Any
 
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import NewEvent, open_store
 from specs.spec import parse
 from tests.accept.units.units import GOOD, make_unit

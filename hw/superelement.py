@@ -116,6 +116,11 @@ def files_of(path: Path) -> list[Path]:
     return [*tables, path.with_name(f"{stem.removesuffix('_mat')}_out_nodes_3D.txt")]
 
 
+def contents_of(path: Path) -> dict[str, bytes]:
+    """Return file name -> bytes of every file that `read_superelement` reads for this one. Raises OSError."""
+    return {file.name: read_bounded(file, MAX_BYTES) for file in files_of(path)}
+
+
 def _table(path: Path) -> Array:
     try:
         return np.loadtxt(BytesIO(read_bounded(path, MAX_BYTES)), delimiter=",", ndmin=2)

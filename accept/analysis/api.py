@@ -20,17 +20,12 @@ from accept.analysis.misalignment import estimate_unit
 from accept.analysis.model_export import save_state_space
 from accept.analysis.model_export import to_control as as_control
 from accept.analysis.model_fit import FittedModel, fit_unit
-from accept.analysis.record_responses import (
-    OF_RECORDS,
-    MeasuredResponse,
-    read_any,
-    responses_of,
-)
+from accept.analysis.record_responses import OF_RECORDS, MeasuredResponse, read_any, responses_of
 from accept.base.documents.results import UnitRecord
 from accept.gap import GapAnalysis, Responses
 from accept.gap import analyse as _analyse
 from accept.gap import responses as unit_responses
-from accept.judging.judge_unit import default_spec, judge_unit, load_spec
+from accept.judging import default_spec, judge_unit, load_spec
 from accept.models.model_file import SIMULATED_MODEL, default_model
 from accept.models.model_file import open_model as _open_model
 from accept.pictures.draw import figure_of, picture
@@ -39,14 +34,14 @@ from accept.pictures.interactive import page
 from accept.pictures.items import draw_panel
 from accept.simulate import UnitRequest, UnitRequestError
 from accept.simulate import simulate as _simulate
-from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units import LoadedUnit, loaded
 from checks.cause import NoResult as NoResult
 from checks.errors import RecordError
 from checks.fitting import F_HI, F_LO, Calibration, Dataset, Fit, fit_panels, frf_panels
 from checks.gap import bode_panels
 from checks.misalignment import MisalignmentEstimate
 from checks.misalignment import misalignment_panels as misalignment_panels
-from checks.model import Model, StateSpace, state_space
+from checks.model import Model, StateSpace
 from checks.picture import Panel
 from checks.record import Record
 from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
@@ -297,7 +292,7 @@ def to_ss(model: Model | str | Path) -> StateSpace:
         ModelError.
 
     `accept.to_control(found)` makes an object of python-control, `accept.save_ss(found, "F.mat")` a MATLAB struct."""
-    return state_space(model if isinstance(model, Model) else open_model(model))
+    return StateSpace.of(model if isinstance(model, Model) else open_model(model))
 
 
 @checked

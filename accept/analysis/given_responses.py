@@ -12,7 +12,7 @@ from accept.analysis.record_responses import UNITS, MeasuredResponse
 from accept.gap import Responses
 from checks.cause import together
 from checks.errors import RecordError
-from checks.fitting import Dataset, dataset_of
+from checks.fitting import Dataset
 
 Given = Responses | Dataset | MeasuredResponse
 CHANNELS = ("Vs", "de", "da")
@@ -83,7 +83,7 @@ def responses_given(
                 "frequencies, as where a coherence is rounded to 1 or of a single average; state a relative noise "
                 "instead of the averages (noise=0.005, --noise 0.005)"
             )
-        first = _part(dataset_of(given.frf, name=given.title), tolerance, f_lo, f_hi, channels)
+        first = _part(Dataset.of(given.frf, name=given.title), tolerance, f_lo, f_hi, channels)
         return Responses(given.title, "strut", first, None, 0.0, inputs=given.inputs)
     return Responses(given.name, "strut", _part(given, tolerance, f_lo, f_hi, channels), None, 0.0)
 

@@ -8,7 +8,7 @@ from accept.base.documents.analyses import MisalignmentDocument, Offset
 from accept.gap import Responses, responses
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import AS_BUILT, as_weighed, open_model_file
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from accept.units import UNIT_FILE, UnitError, UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
 from checks.fitting import F_HI, F_LO

@@ -9,9 +9,9 @@ from accept.analysis.imported_response import import_response
 from accept.base.console import say
 from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, default_model, fit_record, open_model_file, write_model
-from accept.units.loaded_unit import LoadedUnit, loaded
+from accept.units import LoadedUnit, loaded
 from checks.errors import ModelError
-from checks.fitting import F_HI, F_LO, ModelFit, fit_model
+from checks.fitting import F_HI, F_LO, ModelFit
 from checks.model import frequency_grid
 from specs.units import unit_of
 
@@ -67,7 +67,7 @@ def fit_unit(
     if not start.sds:
         raise ModelError(f"{base.spec.name}: no value has an sd, so nothing is uncertain and nothing is fitted")
     say(f"{measured.serial}: fitting {len(start.sds)} parameters of {start.name} at {measured.first.f.size} bins")
-    found = fit_model(start, measured.first, measured.second, starts, say)
+    found = ModelFit.of(start, measured.first, measured.second, starts, say)
     return FittedModel(**vars(found), base=base, measured=measured)
 
 

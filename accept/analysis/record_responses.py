@@ -16,7 +16,7 @@ from checks.arrays import Array
 from checks.cause import together
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals import Estimator, EstimatorSettings, RecordResponse, estimate_responses
+from checks.signals import Estimator, EstimatorSettings, RecordResponse
 from hw.records import frd_mat, frf_bytes, load_bytes, record_by_input, response_csv
 from specs.bench import ChannelSource, channel_map
 
@@ -120,7 +120,7 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
     Raises RecordError if it cannot be estimated."""
     for record in records:
         vet_sizes(record)
-    return [MeasuredResponse(**vars(found)) for found in estimate_responses(records, wanted)]
+    return MeasuredResponse.of_records(records, wanted)
 
 
 def vet_sizes(record: Record) -> None:

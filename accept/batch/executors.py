@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 from accept.base.atomic_files import write_atomic
 from accept.base.runner import GivenUp, Processes, Workers
-from accept.units.unit_folder import UnitFolder, anywhere, inside
+from accept.units import UnitFolder, anywhere, inside
 
 MIN_UNITS_PER_WORKER = 3  # a worker takes about a second to start: fewer units are done sooner in this process
 
@@ -56,13 +56,9 @@ def run_jobs(
     worthwhile = min(os.cpu_count() or 1, len(jobs) // MIN_UNITS_PER_WORKER)
     here = Processes(worthwhile if workers is None else workers, pool)
     if here.count > 1:
-        jobs.sort(key=_bytes, reverse=True)  # the longest first: no worker waits for it
+        # the longest first, as the size of its files tells: no worker waits for it
+        jobs.sort(key=lambda job: sum(p.stat().st_size for p in job.unit.path.iterdir() if p.is_file()), reverse=True)
     yield from here.unordered(methodcaller("run"), jobs)
-
-
-def _bytes(job: Job) -> int:
-    """Return the size of the files in a unit's folder, a measure of how long its job takes."""
-    return sum(path.stat().st_size for path in job.unit.path.iterdir() if path.is_file())
 
 
 def _on_cluster(cluster: Workers, jobs: Iterable[J]) -> Iterator[tuple[J, Any]]:

@@ -8,10 +8,9 @@ from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.base.worker_process import too_large
 from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
 from accept.certificate import CertificateContent, ContentError, Provenance, content_of
-from accept.judging.judge_unit import judge_unit
+from accept.judging import judge_unit, without_bench_errors
 from accept.store import BENCH_KEY, bench_of
-from accept.units.loaded_unit import contents_of, loaded
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError, contents_of, loaded
 
 QUIET_S = 2.0  # what takes less needs no words
 
@@ -25,7 +24,7 @@ class UnitJob(JudgingOrder):
         if self.start is not None:
             from accept.gap import explain_result  # loads the search for what is missing
 
-            result = explain_result(result, held, self.start, say, self.out)
+            result = without_bench_errors(explain_result(result, held, self.start, say, self.out))
         if self.certificate is None:
             return Judgement(replace(result, panels={}))
         if self.bench and bench_of(self.home / BENCH_KEY) != self.bench:  # another machine: the bench reads them itself

@@ -9,10 +9,10 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime
-from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+from accept import units
 from accept.base.atomic_files import remove_leftovers
 from accept.base.documents.results import ListedUnit, UnitHeader, UnitRecord
 from accept.base.exit_codes import Exit, of_verdicts
@@ -21,22 +21,20 @@ from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
 from accept.base.spelling import spelling_key
 from accept.batch.executors import run_jobs
-from accept.batch.pipeline import Pipeline, spec_for
+from accept.batch.pipeline import Pipeline
 from accept.batch.ports import Judgement, JudgingOrder, Refusal, Say
 from accept.batch.results import WHOLE, Results, check_room
 from accept.batch.services import JudgingServices
 from accept.certificate import ContentError, InvalidCertificate, ends_before
-from accept.certificate.trust.keys import Credential
-from accept.fleet import keep_findings
+from accept.certificate.trust import Credential
+from accept.fleet import BenchStopped, keep_findings
 from accept.gap import one_line
-from accept.judging.golden import BenchStopped
-from accept.judging.parts import part_doubts
-from accept.judging.voids import counted
+from accept.judging import spec_for
+from accept.judging.reservations import part_doubts
 from accept.pictures.labels import label_of
-from accept.store import Event, Store, StoreError, fold
+from accept.store import Store, StoreError
 from accept.store.payloads import BatchFinished, BatchStarted, PlaceInBatch, UnitJudged, without_hashes
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units import UnitError, UnitFolder
 from checks.picture import Panel
 from checks.verdict import Verdict
 from specs.bench import BenchFile
@@ -92,7 +90,7 @@ class Roster:
 
     def unit(self, path: Path) -> UnitFolder:
         """Return the cached unit, read again if it was evicted. Raises UnitError."""
-        return self._held.get(path) or unit_folder.read(path)
+        return self._held.get(path) or units.read(path)
 
     def folder(self, serial: str) -> Path | None:
         """Return the folder of a unit of this batch, None if it has no such unit."""
@@ -254,19 +252,19 @@ class _Batch:
             self._refuse(address, reason)
         for path in self.request.paths:
             try:
-                found = unit_folder.find(path)
+                found = units.find(path)
             except UnitError as e:
                 self._refuse(path, str(e))
                 continue
             for folder in found:
                 try:
-                    one = unit_folder.read(folder)
+                    one = units.read(folder)
                     spec_for(one, self.request.specs)
                     self.roster.add(one)
                 except UnitError as e:
                     self._refuse(folder, str(e))
         for serial, path, others in self.roster.clashes():
-            where = path / unit_folder.UNIT_FILE
+            where = path / units.UNIT_FILE
             reason = f"{where}: serial = '{serial}' is also that of {', '.join(others)}; serials must be unique"
             self._refuse(path, reason)
 
@@ -357,13 +355,14 @@ class _Batch:
         kinds = set()
         with results:
             for serial, seq, earlier, since in roster.results():
-                *more, judged = _judgements(self.store, serial, since, seq)
+                known = self.store.events(serial, UnitJudged.KIND, after=since - 1)
+                *more, judged = (event for event in known if event.seq <= seq)
                 path = None if serial in self.unsigned else request.certificate(serial)
                 certificate = None if path is None else path.relative_to(request.out).as_posix()
                 unit = ListedUnit(**vars(UnitJudged.of(judged).result), certificate=certificate)
                 if attempts := earlier + len(more):
-                    past = counted(self.store, self.pipeline.events(serial))
-                    ended = ends_before(fold(past, before=judged.seq))
+                    past = self.pipeline.events(serial)
+                    ended = ends_before(self.pipeline.services.state(past, before=judged.seq))
                     unit = replace(unit, attempt=attempts + 1, earlier=None if ended is None else ended.to_json())
                 report.verdicts[str(unit.verdict)] += 1
                 kinds.add(unit.kind)
@@ -392,10 +391,6 @@ def _why(result: UnitRecord) -> str:
     words += [without_hashes(noted) for noted in result.nonconformances]
     because = f" ({'; '.join(words)})" if words else ""
     return because + (f"; {one_line(result.gap)}" if result.gap is not None else "")
-
-
-def _judgements(store: Store, serial: str, first: int, last: int) -> Iterator[Event]:
-    return takewhile(lambda e: e.seq <= last, store.events(serial, UnitJudged.KIND, after=first - 1))
 
 
 def _pictures(certificate: Path) -> Mapping[str, Panel] | None:

@@ -22,25 +22,15 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 
-from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.home import home
 from accept.base.names import KeyHolder, same_person, shown_name
 from accept.base.spelling import mistaken_for
 from accept.base.version import code_sha256
-from accept.batch.ports import Judgement, JudgingOrder, JudgingPort
-from accept.judging import calibration
-from accept.judging.calibration import Statement
-from accept.judging.copies import withhold_others
-from accept.judging.folder_name import confirm, question
-from accept.judging.golden import check_may_judge, goldens, missed
-from accept.judging.judge_unit import serial_fits
-from accept.judging.reservations import Reservations
-from accept.judging.voids import counted
-from accept.models.evidence import evidence_of, named_models
-from accept.store import Event, Overtaken, Store, UnitState, fold
+from accept.batch.ports import Judgement, JudgingOrder, JudgingPort, Statement
+from accept.store import Event, Overtaken, Store, UnitState
 from accept.store.payloads import PlaceInBatch, UnitJudged, UnitRefused
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder
+from accept.units import UNIT_FILE, UnitError, UnitFolder
 from specs.bench import BenchFile
 from specs.errors import AcceptError
 from specs.files import CERTIFICATE_BYTES, read_bounded
@@ -65,7 +55,7 @@ class Known:
     """The store's knowledge of a unit: its last judgement, None for a new one, and its reservations."""
 
     before: UnitState | None
-    reservations: Reservations
+    reservations: Any  # as `JudgingPort.reservations` returns them
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +94,6 @@ class Pipeline:
         self.store, self.specs, self.operator, self.services = store, specs, operator, services
         self.bench_file, self.on, self.out = bench_file, on or datetime.now(UTC).date(), out
         self.home = place or home()
-        self._models: dict[str, dict[str, dict[str, str]]] = {}
-        self._stopped: bool | None = None
         self._confirm, self._confirmed = confirm, set[Path]()
         self._reason = None if reason is None else reason_line(reason)
         self._read: dict[str, list[Event]] = {}  # by serial, the latest asked for last
@@ -115,26 +103,23 @@ class Pipeline:
     def ask(self, unit: UnitFolder) -> Known:
         """Ask the store for what it knows of a unit. Raises UnitError if the store cannot hold such a unit,
         BenchStopped, StoreError."""
-        if self._stopped is None:
-            self._stopped = missed(self.store) is not None
-        if self._stopped:  # asked again when the verdict is stored; known before, it saves work
-            check_may_judge(self.store, unit.serial)
+        self.services.check_may_judge(unit.serial, known=True)  # asked again when the verdict is stored
         past = self.events(unit.serial)
         # Of two serials that the store knows both have been here since before this was looked at.
         if not past and (other := self.store.other_spelling(unit.serial)) is not None:
             raise UnitError(unit.path / UNIT_FILE, [mistaken_for(unit.serial, other)])
-        before = fold(counted(self.store, past))
+        before = self.services.state(past)
         last = None if before is None else before.result
         known = Known(before, self._reservations(unit, last))
         doubted = known.reservations.folder  # only who signs the certificate states that it was confirmed
         named = NAME in doubted and not same_person(doubted.get(CONFIRMED, ""), self.operator)
         if named or ALIKE in doubted:
-            answer = self._confirm(question(unit.serial, doubted))
+            answer = self._confirm(self.services.question(unit.serial, doubted))
             if answer is False:
                 raise UnitError(unit.path / UNIT_FILE, [f"serial = '{unit.serial}' was not confirmed for this folder"])
             if answer:
                 self._confirmed.add(unit.path)
-                confirm(self.store, unit.serial, self.operator)
+                self.services.tell_apart(unit.serial)
                 known = Known(before, self._reservations(unit, last))
         return known
 
@@ -144,14 +129,7 @@ class Pipeline:
         before, spec = known.before, self.specs[unit.kind]
         if before is None or not before.unchanged(unit.input_hashes(), spec.sha256, code_sha256()):
             return False
-        entry = before.result
-        if entry.models != self._model_hashes(unit.kind):
-            return False
-        if not calibration.same(entry.calibration, self.statement(unit)):
-            return False
-        if known.reservations != Reservations.stated(entry):
-            return False
-        if not self.services.explained(entry.gap, self.services.start(unit, spec), self.out or Path()):
+        if not self.services.stands(before.result, unit, spec, self.statement(unit), known.reservations, self.out):
             return False
         if certificate is None:
             return True
@@ -200,7 +178,7 @@ class Pipeline:
 
     def _settle(self, job: JudgingOrder, judgement: Judgement) -> StoredJudgement:
         past, found = self.events(job.unit.serial), judgement.result
-        last = fold(counted(self.store, past))
+        last = self.services.state(past)
         result = self._reservations(job.unit, found).apply(found)
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
@@ -210,7 +188,7 @@ class Pipeline:
             return self._settle(job, job.judge())
         before, reason, because = last, job.reason, ""
         if due is not None:
-            before, reason = fold(counted(self.store, past), before=due.seq), due.judged.reason
+            before, reason = self.services.state(past, before=due.seq), due.judged.reason
         elif reason is None:
             reason = self._reason_for(before)
         signs = job.certificate is not None and self.services.signs
@@ -233,7 +211,7 @@ class Pipeline:
 
     def weaken_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> list[str]:
         """Re-judge the other units that hold a copy, without it, and return their serials. Raises StoreError."""
-        changed = withhold_others(self.store, serial, copies, self.operator)
+        changed = self.services.withhold_others(serial, copies)
         self._weakened |= set(changed.values())
         return list(changed)
 
@@ -246,8 +224,7 @@ class Pipeline:
         of judging, if it is not that of this run."""
         if self.bench_file is None:
             return None
-        stated = self.services.statement(self.bench_file, self.specs[unit.kind].checks, on or self.on)
-        return calibration.checked(stated, unit.measured)
+        return self.services.statement(self.bench_file, self.specs[unit.kind].checks, on or self.on, unit.measured)
 
     def events(self, serial: str) -> list[Event]:
         """Return the events of a unit. Of those that this run has read only later ones are read."""
@@ -257,17 +234,9 @@ class Pipeline:
             del self._read[next(iter(self._read))]
         return known
 
-    def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Reservations:
+    def _reservations(self, unit: UnitFolder, result: UnitRecord | None) -> Any:
         confirmed_by = self.operator if unit.path in self._confirmed else ""
-        past = self.events(unit.serial)
-        approval = self.services.approval(self.specs[unit.kind]) if past else None
-        return Reservations.known(self.store, unit, result, confirmed_by, past, approval)
-
-    def _model_hashes(self, kind: str) -> dict[str, dict[str, str]]:
-        """Return the hashes of the model files that the spec of this kind names: if one changes, so may the verdict."""
-        if kind not in self._models:
-            self._models[kind] = hashes(evidence_of(named_models(self.specs[kind])))
-        return self._models[kind]
+        return self.services.reservations(unit, result, self.specs[unit.kind], confirmed_by, self.events(unit.serial))
 
     def _reason_for(self, before: UnitState | None) -> str | None:
         """Return why a unit is judged again, "" if no reason was given; None if its last judgement asks for none."""
@@ -284,7 +253,7 @@ class Pipeline:
             same = dict(last.result.inputs) == dict(result.inputs) and len(benches) == 1
             if same and before is not None and before.judged.code_sha256 == code_sha256():
                 return _SAME_DATA
-        if result.serial in goldens(self.store):
+        if self.services.is_golden(result.serial):
             return "a golden unit, measured again"
         return self._asked(f"{result.serial}: its certificate {number} has another result; why is it replaced?")
 
@@ -297,7 +266,7 @@ class Pipeline:
     def _lacks_only_certificate(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement is `_unchanged`, its calibrations too, and could be signed now."""
         same = self.services.signs and self._unchanged(unit, last)
-        return same and calibration.same(last.result.calibration, self._statement_of(unit, last))
+        return same and self.services.same_calibration(last.result.calibration, self._statement_of(unit, last))
 
     def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement has no certificate and was made by the same person of the same inputs, spec
@@ -320,7 +289,7 @@ class Pipeline:
     def _store_verdict(self, job: JudgingOrder, result: UnitRecord, after: int) -> Event:
         """Store a result, as results.json has it, with all that it depends on. The golden units are checked here, so
         that every verdict passes them. after: the last event of the unit that was read. Raises also Overtaken."""
-        check_may_judge(self.store, result.serial)
+        self.services.check_may_judge(result.serial)
         path = str(job.unit.path.resolve())
         judged = UnitJudged(
             path, result.inputs, job.spec.sha256, code_sha256(), result, job.place, self.store.bench, job.reason
@@ -334,16 +303,6 @@ def reason_line(text: str) -> str:
     if reason and (not reason.isprintable() or len(reason) > LONGEST):
         raise ReasonError(f"the reason to judge again is one line of at most {LONGEST} characters, got '{reason}'")
     return reason
-
-
-def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:
-    """Return the spec of a unit's kind. Raises UnitError if the run has no such spec, or the serial does not have the
-    form that the spec requires."""
-    if unit.kind not in specs:
-        have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
-        raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}' has no spec in this run ({have})"])
-    serial_fits(unit, specs[unit.kind])
-    return specs[unit.kind]
 
 
 def _sha256(path: Path) -> str | None:

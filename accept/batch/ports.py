@@ -2,6 +2,7 @@
 
 `accept.batch.services` hands it over; it takes long to import."""
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,15 +11,14 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from accept.base.documents.results import UnitRecord
-from accept.judging.calibration import Statement
-from accept.judging.superseded import Approval
 from accept.store import Event, UnitState
 from accept.store.payloads import PlaceInBatch
-from accept.units.unit_folder import UnitFolder
+from accept.units import UnitFolder
 from specs.bench import BenchFile
 from specs.spec import CheckSpec, Spec
 
 Say = Callable[[str], None]
+Statement = Mapping[str, Any]  # as `accept.judging` has it
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class JudgingOrder:
 
 
 class JudgingPort(Protocol):
-    """What the bench does for its pipeline, with its keys or without."""
+    """What the bench does for its pipeline, with its keys or without. What asks the store raises StoreError."""
 
     @property
     def signs(self) -> bool:
@@ -90,14 +90,44 @@ class JudgingPort(Protocol):
     def start(self, unit: UnitFolder, spec: Spec) -> Any | None:
         """Return the model that is to explain a unit's responses, None without responses or model."""
 
-    def explained(self, known: Mapping[str, Any] | None, start: Any | None, out: Path) -> bool:
-        """Return whether a stored explanation, or None, began from this model, and what it names is in `out`."""
+    def stands(
+        self, entry: UnitRecord, unit: UnitFolder, spec: Spec, stated: Statement | None, held: Any, out: Path | None
+    ) -> bool:
+        """Return whether a result stands beside its inputs: models, calibration, reservations and explanation are as
+        they were, and what the explanation names is in `out`."""
 
-    def statement(self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date) -> Statement:
-        """Return what the bench file states of the instruments behind these checks on a day. Raises StoreError."""
+    def statement(
+        self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date, measured: Mapping[str, date]
+    ) -> Statement:
+        """Return what the bench file states on a day of the instruments behind these checks, held against the days on
+        which a unit was measured."""
 
-    def approval(self, spec: Spec) -> Approval | None:
-        """Return the approval of a spec by quality assurance, None without a valid one."""
+    def same_calibration(self, one: Statement | None, other: Statement | None) -> bool:
+        """Return whether two statements are equal apart from the day on which they were made."""
+
+    def check_may_judge(self, serial: str, known: bool = False) -> None:
+        """Raise BenchStopped if the bench missed its golden units. known: as it was when this was first asked."""
+
+    def is_golden(self, serial: str) -> bool:
+        """Return whether a unit shows that the bench measures as before."""
+
+    def state(self, past: Sequence[Event], before: float = math.inf) -> UnitState | None:
+        """Return what its events before one of them say of a unit; decisions that do not count are left out."""
+
+    def reservations(
+        self, unit: UnitFolder, result: UnitRecord | None, spec: Spec, confirmed_by: str, past: Sequence[Event]
+    ) -> Any:
+        """Return the `accept.judging.reservations.Reservations` about a unit with this result, None before the first.
+        confirmed_by: who confirmed its serial in this run; past: its events."""
+
+    def question(self, serial: str, doubted: Mapping[str, str]) -> str:
+        """Return the question about a serial that is in doubt."""
+
+    def tell_apart(self, serial: str) -> None:
+        """Store that the operator told a serial apart from those that look like it."""
+
+    def withhold_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+        """Judge the other units that hold a copy without it; return serial -> number of the event."""
 
     def amended(self, before: UnitState | None, result: UnitRecord) -> str:
         """Return the certificate that one with this result amends, "" if it amends none."""

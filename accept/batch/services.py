@@ -1,5 +1,6 @@
 """The bench's services for its pipeline: judging and explaining, its keys and certificates."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from functools import partial
@@ -12,17 +13,15 @@ from accept.batch.job import UnitJob
 from accept.batch.ports import Judgement, JudgingOrder
 from accept.capture.reference_check import days_checked
 from accept.certificate import Issuer, Provenance, amended, ends_before, needs_reason
-from accept.certificate.trust import keys
-from accept.certificate.trust.commissioning import bench_statement
-from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.spec_approval import approval_of
+from accept.certificate.trust import Credential, approved_at, bench_statement
+from accept.fleet import check_may_judge, goldens, missed
 from accept.gap import StartModel, applies, stands
-from accept.judging.calibration import Statement
-from accept.judging.superseded import Approval
-from accept.store import Event, Store, UnitState
-from accept.units.unit_folder import UnitFolder
+from accept.judging import Statement, checked_calibration, same_calibration
+from accept.judging.reservations import Approval, Reservations, counted, serial_question, tell_apart, withhold_others
+from accept.models.evidence import Models
+from accept.store import Event, Store, UnitState, fold
+from accept.units import UnitFolder
 from specs.bench import BenchFile
-from specs.errors import AcceptError
 from specs.spec import CheckSpec, Spec
 
 
@@ -31,6 +30,8 @@ class JudgingServices:
     model: explains responses instead of the spec's. place: the bench's folder."""
 
     job = UnitJob
+    question = staticmethod(serial_question)
+    same_calibration = staticmethod(same_calibration)
 
     def __init__(
         self,
@@ -40,8 +41,10 @@ class JudgingServices:
         model: str | None = None,
         place: Path | None = None,
     ) -> None:
+        self._store, self._model = store, model
         self._issuer = Issuer(store, place or home(), operator, credential)
-        self._model = model
+        self._stopped: bool | None = None
+        self._models: dict[str, dict[str, dict[str, str]]] = {}
         self._starts: dict[str, StartModel | None] = {}
         self._approvals: dict[str, Approval | None] = {}
 
@@ -56,23 +59,50 @@ class JudgingServices:
             self._starts[spec.sha256] = StartModel.of(spec, self._model)
         return self._starts[spec.sha256]
 
-    def explained(self, known: Mapping[str, Any] | None, start: StartModel | None, out: Path) -> bool:
-        return stands(known, start, out)
+    def stands(
+        self, entry: UnitRecord, unit: UnitFolder, spec: Spec, stated: Statement | None, held: Any, out: Path | None
+    ) -> bool:
+        if spec.sha256 not in self._models:
+            self._models[spec.sha256] = Models().hashes(spec)
+        if entry.models != self._models[spec.sha256] or not self.same_calibration(entry.calibration, stated):
+            return False
+        return held == Reservations.stated(entry) and stands(entry.gap, self.start(unit, spec), out or Path())
 
-    def statement(self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date) -> Statement:
+    def statement(
+        self, bench: BenchFile, checks: Mapping[str, CheckSpec], on: date, measured: Mapping[str, date]
+    ) -> Statement:
         asked = any(check.reference_days is not None for check in checks.values())
-        references = days_checked(self._issuer.store, bench) if asked else {}
-        return bench_statement(bench, checks, on, self._issuer.home, references)
+        references = days_checked(self._store, bench) if asked else {}
+        return checked_calibration(bench_statement(bench, checks, on, self._issuer.home, references), measured)
 
-    def approval(self, spec: Spec) -> Approval | None:
+    def check_may_judge(self, serial: str, known: bool = False) -> None:
+        if self._stopped is None:
+            self._stopped = missed(self._store) is not None
+        if self._stopped or not known:
+            check_may_judge(self._store, serial)
+
+    def is_golden(self, serial: str) -> bool:
+        return serial in goldens(self._store)
+
+    def state(self, past: Sequence[Event], before: float = math.inf) -> UnitState | None:
+        return fold(counted(self._store, past), before=before)
+
+    def reservations(
+        self, unit: UnitFolder, result: UnitRecord | None, spec: Spec, confirmed_by: str, past: Sequence[Event]
+    ) -> Reservations:
+        approval = self._approval(spec) if past else None
+        return Reservations.known(self._store, unit, result, confirmed_by, past, approval)
+
+    def tell_apart(self, serial: str) -> None:
+        tell_apart(self._store, serial, self._issuer.who)
+
+    def withhold_others(self, serial: str, copies: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+        return withhold_others(self._store, serial, copies, self._issuer.who)
+
+    def _approval(self, spec: Spec) -> Approval | None:
         if spec.sha256 not in self._approvals:
-            home = self._issuer.home
-            try:
-                stated = approval_of(spec, home, keys.ca(home), keys.revoked(home))
-            except AcceptError:
-                stated = {}
-            approved = Approval(f"{spec.name}@{spec.sha256}", stated["time"]) if "time" in stated else None
-            self._approvals[spec.sha256] = approved
+            time = approved_at(spec, self._issuer.home)
+            self._approvals[spec.sha256] = None if time is None else Approval(f"{spec.name}@{spec.sha256}", time)
         return self._approvals[spec.sha256]
 
     def amended(self, before: UnitState | None, result: UnitRecord) -> str:

@@ -9,9 +9,9 @@ from rich.text import Text
 from accept.base.documents.results import SIMULATED, UnitRecord
 from accept.gap import one_line
 from accept.judging.advice import advice
-from accept.judging.decisions import stated_words
 from accept.pictures import signs
 from accept.pictures.labels import label_and_name, label_of
+from accept.store.decisions import stated_words
 from checks.acceptance import CHECKS
 from checks.rounding import rounded
 from checks.verdict import Finding, Verdict
@@ -68,14 +68,11 @@ def _reasons(unit: UnitRecord) -> Iterator[str]:
         why = new or f"as {told[sentences[0]]}: {sentences[0]}"
         yield f"{unit.serial}: {named}: {verdict.replace('_', ' ')}, {why}"
         told |= {sentence: label_of(findings[0].quantity) for sentence in sentences if sentence not in told}
-        for line in dict.fromkeys(line for finding in findings for line in _advice(finding)):
+        own = (finding for finding in findings if CHECKS.is_own(finding.check))
+        for line in dict.fromkeys(line for finding in own for line in advice(CHECKS[finding.check], finding)):
             if not any(line in said for said in advised):
                 yield f"{unit.serial}:   → {line}"
             advised.add(line)
-
-
-def _advice(finding: Finding) -> list[str]:
-    return advice(CHECKS[finding.check], finding) if CHECKS.is_own(finding.check) else []
 
 
 def _sentences(finding: Finding) -> list[str]:

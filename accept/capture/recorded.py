@@ -10,7 +10,7 @@ import numpy as np
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import CaptureStopped, Say
 from accept.capture.setup import CaptureResult, RecordFile
-from checks.acceptance import HAMMER_RECORDS, hammer_progress
+from checks.acceptance import hammer_progress
 from checks.cause import record_label
 from checks.declare import Input, Series
 from checks.record import Record
@@ -103,7 +103,7 @@ def stroke(at: Recording) -> CaptureResult:
 def hammer(at: Recording) -> CaptureResult:
     """Record the hits of the hammer at each place, each judged at once. A place is done with enough good hits."""
     files = {}
-    for key in HAMMER_RECORDS:
+    for key in at.inputs:
         at.actions.hammer(key, record_label(key))
         files[key] = _file(f"hammer_{key}", _hits(at, key))
     return CaptureResult(files=files, notes=tuple(at.notes))

@@ -4,11 +4,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from accept import units
 from accept.store import Store
 from accept.store.payloads import RecordPickedUp
-from accept.units import toml_edit, unit_folder
+from accept.units import UnitError, toml_edit
 from accept.units.attach import take_in
-from accept.units.unit_folder import UnitError
 from checks.acceptance import CHECKS
 from checks.declare import CsvTable, Input, Series
 from checks.errors import RecordError
@@ -66,7 +66,7 @@ def pick_up(
     rig: sources of the channels in the rig's records, written into the unit's [channels] if it has none. Raises
     RecordError for a file that is not as the input declares (an incomplete one is unreadable), UnitError."""
     declared = declared_file(folder, section, name)
-    unit = unit_folder.read(folder)
+    unit = units.read(folder)
     try:
         copy, sha256 = take_in(source, declared, folder, unit.channels or rig)
     except OSError as e:

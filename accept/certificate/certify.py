@@ -14,9 +14,9 @@ from accept.certificate.contents.disposition import Disposition
 from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
-from accept.judging.decisions import DISPOSITION, Signer, content_of, sign_decision
-from accept.judging.nonconformance import decided
+from accept.judging.reservations import decided
 from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
+from accept.store.decisions import DISPOSITION, Signer, content_of, sign_decision
 from accept.store.payloads import CertificateSigned, Decision, Payload
 from specs.spec import Spec
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from accept.base.documents.listings import GoldenCompared
 from accept.fleet.errors import FleetError
-from accept.judging.golden import Golden, goldens, last_resolved, values_of
+from accept.fleet.golden import Golden, goldens, last_resolved, values_of
 from accept.store import Store
 from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 

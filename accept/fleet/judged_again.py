@@ -4,17 +4,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from accept import units
 from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Workers
-from accept.judging.inputs import input_doubts
-from accept.judging.judge_unit import judge_unit
-from accept.judging.reservations import Reservations
-from accept.judging.voids import voids
+from accept.judging import input_doubts, judge_unit
+from accept.judging.reservations import Reservations, voids
 from accept.store import Store, UnitState, fold
 from accept.store.payloads import UnitJudged
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from checks.cause import Cause, because
 from checks.quantity import Quantity
 from checks.verdict import Finding, judge, unit_verdict
@@ -87,7 +85,7 @@ def again(asked: tuple[UnitState, Spec, bool]) -> JudgedAgain:
 def _from_records(unit: UnitState, spec: Spec) -> list[Finding] | None:
     """Return the findings measured again from the unit's folder, None unless the folder is as it was judged."""
     try:
-        folder = unit_folder.read(Path(unit.judged.path))
+        folder = units.read(Path(unit.judged.path))
         if folder.serial != unit.serial or folder.input_hashes() != dict(unit.judged.inputs):
             return None
         return list(judge_unit(folder, spec).findings)

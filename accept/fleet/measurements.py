@@ -20,9 +20,8 @@ from accept.fleet.findings_file import (
     FindingsTable,
     findings,
 )
-from accept.judging.golden import goldens
-from accept.judging.nonconformance import concessions
-from accept.judging.voids import voids
+from accept.fleet.golden import goldens
+from accept.judging.reservations import concessions, voids
 from accept.store import Store
 from accept.store.payloads import InstrumentChecked
 from checks.cause import Cause

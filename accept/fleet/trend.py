@@ -237,12 +237,8 @@ def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBa
         stated = BaselineSet.of(event)
         if stated.quantity == quantity:
             by_key[stated.group] = StoredBaseline(stated, event.who, event.time)
-    return {name: by_key[key] for key in by_key if (name := _group_of(key, by)) is not None}
-
-
-def _group_of(key: str, by: str) -> str | None:
-    column, _, name = key.partition(": ")
-    return name or column if column == by else None
+    parts = ((key.partition(": "), document) for key, document in by_key.items())
+    return {name or column: document for (column, _, name), document in parts if column == by}
 
 
 def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> BaselineSet:

@@ -15,18 +15,9 @@ from accept.gap.report import summary
 from accept.gap.text import words_of
 from accept.gap.unit_responses import SEARCH_LO, Responses, channels_of, realisations, responses, trials_of
 from accept.models.model_file import OpenedModel, as_weighed, open_model_file
-from accept.units.loaded_unit import RESPONSES, LoadedUnit, loaded
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units import RESPONSES, LoadedUnit, UnitError, UnitFolder, loaded
 from checks.errors import ModelError, RecordError
-from checks.fitting import (
-    CHANNELS,
-    F_HI,
-    Dataset,
-    Identifiability,
-    LikelihoodProfile,
-    identifiability_of_effects,
-    likelihood_profile,
-)
+from checks.fitting import CHANNELS, F_HI, Dataset, Identifiability, LikelihoodProfile
 from checks.gap import AT_LEAST, EFFECTS, GapRefused, Inputs, Result, effect_named, run
 from checks.model import Model
 from checks.record import Record
@@ -55,13 +46,13 @@ class GapAnalysis:
     def identifiability(self) -> dict[str, Identifiability]:
         """Return how well the responses determine each named value beside all others that were fitted, by
         `effect.parameter`. Names found without a fit (signs, slow sines) have no entry."""
-        return identifiability_of_effects(self.result.fit, [n.effect for n in self.result.named])
+        return Identifiability.of_effects(self.result.fit, [n.effect for n in self.result.named])
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
         values about it, on all that was fitted: unnamed effects and experiments too. Raises ModelError for a name that
         was not fitted."""
-        return likelihood_profile(self.result.fit, name)
+        return LikelihoodProfile.of(self.result.fit, name)
 
     @property
     def document(self) -> dict[str, Any]:

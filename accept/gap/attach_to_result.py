@@ -1,6 +1,5 @@
-"""The gap workflow as part of judging a unit: what its responses show beyond the model.
-
-It makes no unit better: only what failed because of a payload that it names is without a result instead."""
+"""The gap workflow as part of judging a unit: what its responses show beyond the model. It changes no finding; what
+failed because of a payload that it names is withheld by `accept.judging.without_bench_errors`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,9 +12,7 @@ from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.gap import analyse_unit
 from accept.gap.improved_model import write_improved
 from accept.gap.start_model import StartModel
-from accept.judging.bench_errors import without_bench_errors
-from accept.units.loaded_unit import LoadedUnit
-from accept.units.unit_folder import UnitError
+from accept.units import LoadedUnit, UnitError
 from checks.errors import ModelError, RecordError
 from checks.gap import GapRefused, gap_panels
 from checks.picture import Panel
@@ -54,7 +51,7 @@ def explain_folder(folder: Path, name: str, say: Say) -> tuple[dict[str, Any], M
 def with_explanation(result: UnitRecord, document: Mapping[str, Any], drawn: Mapping[str, Panel]) -> UnitRecord:
     """Return the result with the missing effects, and those of its pictures that a certificate shows."""
     shown = {f"{GAP_PICTURES}{name}": drawn[name] for name in on_certificate(document) if name in drawn}
-    return without_bench_errors(replace(result, gap=document, panels={**result.panels, **shown}))
+    return replace(result, gap=document, panels={**result.panels, **shown})
 
 
 def _write_improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | None:

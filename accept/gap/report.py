@@ -26,7 +26,7 @@ from accept.gap.text import (
 from accept.models.model_file import value_label
 from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence, Table
 from accept.pictures.interactive import page
-from checks.fitting import identifiability_of_effects, likelihood_profile
+from checks.fitting import Identifiability, LikelihoodProfile
 from checks.gap import GapVerdict, Result, Tested, bode_panels, channel_errors
 from checks.rounding import rounded, with_U
 from specs.units import with_unit
@@ -176,10 +176,10 @@ def identified(result: Result) -> Table:
     )
     head = ("Named value", "95 % by curvature", "95 % by profile", "wider by", "most alike")
     rows = []
-    for name, it in identifiability_of_effects(result.fit, [n.effect for n in result.named]).items():
+    for name, it in Identifiability.of_effects(result.fit, [n.effect for n in result.named]).items():
         effect, _, parameter = name.partition(".")
         label = f"{words_of(effect)}: {symbol(effect, parameter)} [{unit(effect, parameter) or '1'}]"
-        ends = (result.fit.interval(name), likelihood_profile(result.fit, name).ci95)
+        ends = (result.fit.interval(name), LikelihoodProfile.of(result.fit, name).ci95)
         shown = (" to ".join(rounded(x, it.sd) if isfinite(x) else "open" for x in pair) for pair in ends)
         rival = value_label(result.after.response.model, it.rival)
         rows.append((label, *shown, f"{it.inflation:.3g}", f"{rival} ({it.correlation:+.3f})"))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.documents.analyses import REFUSED
-from accept.units.unit_folder import UnitFolder
+from accept.units import UnitFolder
 from checks.errors import ModelError
 from specs.spec import Spec
 from specs.strict import SpecError

@@ -8,19 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from accept.units import unit_folder as units
-from accept.units.loaded_unit import LoadedUnit, loaded
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept import units
+from accept.units import LoadedUnit, UnitError, UnitFolder, loaded
 from checks.acceptance import CHECKS, record_faults
 from checks.arrays import Array
 from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
-from checks.fitting import CHANNELS, F_HI, F_LO, Dataset, dataset_from_records
+from checks.fitting import CHANNELS, F_HI, F_LO, Dataset
 from checks.gap import ConditionTrial, GapRefused, check_same_unit
 from checks.model import LearnedBench
 from checks.record import Record
-from checks.signals import ModeShift, find_mode_shifts
+from checks.signals import ModeShift
 from specs.plugins import product_named
 
 _SHARED = CHECKS["frf"].inputs["merge_Hz"]
@@ -78,7 +77,7 @@ def responses(
         raise UnitError(unit.path / units.UNIT_FILE, ["[frf] names no record 'low'"])
 
     def dataset(low: str, high: str) -> Dataset:
-        return dataset_from_records(
+        return Dataset.from_records(
             records[low],
             records.get(high),
             merge_Hz,
@@ -182,7 +181,7 @@ def _mode_shifts(A: Dataset, B: Dataset, measured: Responses) -> tuple[ModeShift
     change = gain_change(A, B, 1.0 / noise)
     off = np.abs(B.H[:, k] - (1.0 + change[k]) * A.H[:, k]) > OFF * np.sqrt(noise[:, k])
     low, repeat = measured.records["low"], measured.records["low_repeat"]
-    return find_mode_shifts(low, repeat, channel, A.f[off & (A.f <= measured.merge_Hz)], measured.merge_Hz)
+    return ModeShift.between(low, repeat, channel, A.f[off & (A.f <= measured.merge_Hz)], measured.merge_Hz)
 
 
 def _shift_notes(shifts: Sequence[ModeShift]) -> tuple[str, ...]:
@@ -242,7 +241,7 @@ def _half(record: Record, second: bool) -> Record:
 
 def _dataset(low: Record, high: Record | None, measured: Responses, tolerance: float) -> Dataset:
     """Return a dataset with the channels and the frequencies of the unit's own responses."""
-    return dataset_from_records(
+    return Dataset.from_records(
         low,
         high,
         measured.merge_Hz,

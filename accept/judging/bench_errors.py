@@ -7,20 +7,32 @@ would be within its limits. A unit that is soft by both measurements, or fails b
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import Information, UnitRecord
 from accept.judging.advice import concluded
-from accept.units.samples import section_read_by
+from accept.judging.samples import section_read_by
 from checks.cause import Cause, Reason, because
-from checks.consistency import PAYLOAD
+from checks.consistency import PAYLOAD, check_consistency
+from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict
 
 RESONANCE, BY_RESONANCE = "axial_resonance_Hz", "k_resonance_N_per_um"
 ADDED_MASS = "bench.payload_kg"  # what an effect adds to if it is a mass on the bench
 NARROW = 0.2  # of an interval over its upper end: one number suffices
+
+
+def consistent(
+    findings: Sequence[Finding], information: Iterable[Information], gap: Mapping[str, Any] | None
+) -> Sequence[Finding]:
+    """Return the findings of several checks of one unit, without a result where they contradict each other, or where
+    they show an error of the bench."""
+    known = {i.quantity: i.measured() for i in information}
+    known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
+    stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
+    return withhold_resonance(check_consistency(findings, known), stiffness, gap)
 
 
 def without_bench_errors(result: UnitRecord) -> UnitRecord:

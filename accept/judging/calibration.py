@@ -72,7 +72,7 @@ def _with_reference(row: Mapping[str, Any], day: datetime.date) -> dict[str, Any
     return rest | {"reference": before[-1] if before else None}
 
 
-def checked(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
+def checked_calibration(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
     """Return a statement compared with a unit: the day that counts and the problem of every row, derived again from its
     dates.
 
@@ -163,7 +163,7 @@ def notes(given: Statement) -> list[str]:
     return lines
 
 
-def same(one: Statement | None, other: Statement | None) -> bool:
+def same_calibration(one: Statement | None, other: Statement | None) -> bool:
     """Return whether two statements are equal apart from the day on which they were made."""
     if one is None or other is None:
         return one is other

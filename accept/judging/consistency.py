@@ -42,7 +42,6 @@ def _again(finding: Finding, limit: Limit) -> Finding:
 
 
 def _missing(record: UnitRecord, spec: Spec) -> Iterator[str]:
-    """Yield a sentence for each quantity of a required check that has no finding."""
     there = {(f.check, f.quantity) for f in record.findings}
     for name, check in spec.checks.items():
         absent = [quantity for quantity in check.limits if check.required and (name, quantity) not in there]

@@ -11,9 +11,7 @@ from typing import Any
 
 from accept.judging.calibration import Statement
 from accept.pictures.labels import CHANNELS, input_words, source_words
-from accept.units.loaded_unit import LoadedUnit, bare_name
-from accept.units.unit_entry import FileEntry, UnitSection
-from accept.units.unit_folder import UNIT_FILE, record_channels
+from accept.units import UNIT_FILE, FileEntry, LoadedUnit, UnitSection
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, together
 from checks.declare import Check, Measured, Scalar, Series
@@ -45,12 +43,9 @@ def inputs_of(held: LoadedUnit, spec: Spec, stated: Statement | None) -> Inputs:
             value = _plain(asked.settings.get(setting.name, setting.default))
             if setting.name not in check.inputs and value != _plain(setting.default):
                 used.append(UsedInput(setting.name, value, unit_of(setting.name), SPEC))
-        found[name] = tuple(replace(each, value=_finite(each.value), U=_number(each.U)) for each in used)
+        known = (each if math.isfinite(each.U or 0.0) else replace(each, U=None) for each in used)
+        found[name] = tuple(replace(each, value=_finite(each.value)) for each in known)
     return found
-
-
-def _number(x: float | None) -> float | None:
-    return x if x is not None and math.isfinite(x) else None
 
 
 def _finite(value: Any) -> Any:
@@ -140,8 +135,7 @@ def _decides(name: str, source: ChannelSource, held: LoadedUnit, section: UnitSe
     name too, or gives it another one's name."""
     if source.gain != 1.0 or source.unit or source.sampling_time_s is not None:
         return True
-    there = name if source.name is None else bare_name(source.name)
-    return there != name and (there in record_channels() or name in held.names_in_files(section))
+    return held.renames(name, source.name, section)
 
 
 def _plain(value: Any) -> Any:

@@ -17,9 +17,9 @@ from accept.judging.advice import concluded
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.inputs import input_doubts, inputs_of
 from accept.judging.learned_bench import learned_bench_doubts
+from accept.judging.samples import section_read_by
 from accept.models.evidence import Models
-from accept.units.loaded_unit import LoadedUnit
-from accept.units.samples import section_read_by
+from accept.units import LoadedUnit
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import check_consistency
@@ -80,7 +80,7 @@ def weigh_calibration(record: UnitRecord, case: Case) -> UnitRecord:
     """Doubt results by instruments without a valid calibration, or without the comparison that the spec asks for."""
     stated, checks = record.calibration, case.spec.checks
     if stated is not None:
-        stated = calibration.checked(stated, case.unit.folder.measured)
+        stated = calibration.checked_calibration(stated, case.unit.folder.measured)
         record = replace(record, calibration=stated, notes=(*record.notes, *calibration.notes(stated)))
         record = _doubted(record, calibration.problems(stated, checks))
     return _doubted(record, calibration.without_reference(stated, checks))

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from accept.base.documents.manifest import ModelFiles, hashes
 from checks.acceptance import CHECKS
 from checks.errors import ModelError
-from specs.files import read_bounded
 from specs.model import builtin_models, load_model, parse_model
 from specs.model_sections import LearnedBenchRecord
 from specs.spec import CheckSpec, Spec
@@ -89,11 +88,10 @@ def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
 
 
 def _read(name: str) -> dict[str, bytes]:
-    from hw.superelement import MAX_BYTES, files_of
+    from hw.superelement import contents_of
 
     try:
         spec = load_model(name)
-        paths = [] if spec.apa_file is None else files_of(spec.apa_file)
-        return {Path(name).name: spec.text.encode()} | {p.name: read_bounded(p, MAX_BYTES) for p in paths}
+        return {Path(name).name: spec.text.encode()} | ({} if spec.apa_file is None else contents_of(spec.apa_file))
     except (SpecError, ModelError, OSError):
         return {}

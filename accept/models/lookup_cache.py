@@ -23,7 +23,7 @@ from accept.base.home import home
 from accept.base.progress import steps
 from accept.base.runner import GivenUp, Processes, Workers
 from checks.arrays import Array
-from checks.misalignment import MisalignmentTable, table_axes, table_row
+from checks.misalignment import MisalignmentTable
 from checks.model import Model
 from specs.errors import AcceptError
 
@@ -54,7 +54,7 @@ class Plan:
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
         """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
         or joints."""
-        return cls(*table_axes(model, nx, ny))
+        return cls(*MisalignmentTable.axes(model, nx, ny))
 
     @property
     def sha256(self) -> str:
@@ -77,13 +77,13 @@ class Plan:
 
     def row(self, i: int) -> Row:
         """Return (Y, F) row of dx[i]."""
-        return table_row(self.model, float(self.dx[i]), self.dy, self.f)
+        return MisalignmentTable.row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
         """Return whether the first entry of a stored row equals this program's."""
         if row.shape != (self.dy.size, self.f.size) or not np.isfinite(row).all():
             return False
-        first = table_row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
+        first = MisalignmentTable.row(self.model, float(self.dx[i]), self.dy[:1], self.f)[0]
         return bool(np.median(np.abs(row[0] / first - 1.0)) < SAME)
 
 
@@ -175,7 +175,6 @@ def _row_file(plan: Plan, i: int) -> Path:
 
 
 def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
-    """Yield the rows of an earlier build that can be read and agree with the plan."""
     for i in range(plan.dx.size):
         path = _row_file(plan, i)
         if not path.exists():

@@ -15,16 +15,7 @@ from checks.errors import ModelError
 from checks.fitting import Fit
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
-from checks.model import (
-    ELEMENT,
-    UNIDENTIFIED,
-    ModalApa,
-    Model,
-    Superelement,
-    UnidentifiedElement,
-    build_model,
-    unidentified_element,
-)
+from checks.model import ELEMENT, UNIDENTIFIED, ModalApa, Model, Superelement, UnidentifiedElement, build_model
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
@@ -118,7 +109,7 @@ def elements_of(spec: ModelSpec) -> list[UnidentifiedElement]:
     """Return the unidentified elements of the file, one for a channel. Raises ModelError."""
     found: dict[str, UnidentifiedElement] = {}
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
-        one = unidentified_element(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
+        one = UnidentifiedElement.of_entry(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
         if one.channel in found:
             raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
         found[one.channel] = one

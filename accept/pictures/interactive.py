@@ -48,7 +48,8 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
     places = "".join(f'<div id="plot-{n}" class="plotly-graph-div"></div>' for n in range(len(figures)))
     content = ",".join(f'"plot-{n}":{_safe(figure.to_json())}' for n, figure in enumerate(figures))
     scripts = [get_plotlyjs(), f"const FIGURES={{{content}}};{_DRAW}"]
-    allowed = " ".join(f"'sha256-{_hash(s)}'" for s in scripts)
+    hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{each}'" for each in hashes)
     policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:"
     body = f"<h1>{escape(title)}</h1>{''.join(f'<p>{escape(w)}</p>' for w in words)}{places}"
     body += "".join(map(_table_html, tables))
@@ -77,10 +78,6 @@ def group_panels(panels: Mapping[str, Panel]) -> list[list[Panel]]:
 def _safe(json: str) -> str:
     """Return JSON within a script: no text in it can end the script."""
     return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _hash(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 def _table_html(table: Table) -> str:
@@ -148,10 +145,11 @@ def _draw(figure: Any, item: object, nth: int, row: int) -> None:
             figure.add_scatter(x=_short(item.x), y=_short(item.y), showlegend=bool(named), **look, **named, **at)
         case Band():
             x, y = _outline(item)
+            red, green, blue = (int(colour(item.role, nth)[k : k + 2], 16) for k in (1, 3, 5))
             look = {
                 "mode": "none",
                 "fill": "toself",
-                "fillcolor": _transparent(colour(item.role, nth)),
+                "fillcolor": f"rgba({red},{green},{blue},0.25)",
                 "hoverinfo": "skip",
             }
             figure.add_scatter(x=_short(x), y=_short(y), showlegend=bool(named), **look, **named, **at)
@@ -183,8 +181,3 @@ def _outline(band: Band) -> tuple[Array, Array]:
         x += [band.x[part], band.x[part][::-1], np.array([np.nan])]
         y += [band.hi[part], band.lo[part][::-1], np.array([np.nan])]
     return np.concatenate(x), np.concatenate(y)
-
-
-def _transparent(ink: str) -> str:
-    r, g, b = (int(ink[k : k + 2], 16) for k in (1, 3, 5))
-    return f"rgba({r},{g},{b},0.25)"

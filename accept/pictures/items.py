@@ -137,7 +137,6 @@ def _mark(axes: Axes, item: Mark, tint: str, again: bool) -> None:  # noqa: ARG0
 
 
 def _mark_label(axes: Axes, item: Mark, across: bool) -> None:
-    """Place the label beside the line, on the side with room."""
     transform = axes.get_yaxis_transform() if across else axes.get_xaxis_transform()
     scale = axes.yaxis.get_transform() if across else axes.xaxis.get_transform()
     low, high, at = scale.transform(np.array([*sorted(axes.get_ylim() if across else axes.get_xlim()), item.at]))

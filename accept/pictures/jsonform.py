@@ -59,9 +59,6 @@ def _read_panel(data: Mapping[str, Any]) -> Panel:
 def _read_item(data: Mapping[str, Any]) -> Item:
     kind = _ITEMS[data["type"]]
     words = {"label", "style", "role", "axis", "words"}
-    rest = {key: value if key in words else _number(value) for key, value in data.items() if key != "type"}
-    return kind(**rest)
-
-
-def _number(value: Any) -> Any:
-    return np.array(value, dtype=float) if isinstance(value, list) else float(value)
+    rest = {key: value for key, value in data.items() if key != "type"}
+    numbers = {k: np.array(v, float) if isinstance(v, list) else float(v) for k, v in rest.items() if k not in words}
+    return kind(**rest | numbers)

@@ -17,9 +17,9 @@ LONGEST_INPUTS = 3000  # characters; nine records of long names and every settin
 @cache
 def label_of(quantity: str) -> str:
     """Return the label that the quantity's check declares, else words from its name."""
-    from checks.acceptance import label_of as declared
+    from checks.acceptance import CHECKS
 
-    return declared(quantity)
+    return CHECKS.label_of(quantity)
 
 
 def check_label(check: str) -> str:

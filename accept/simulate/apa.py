@@ -9,7 +9,7 @@ from accept.simulate.converters import in_steps
 from accept.simulate.hammer_records import FS, DoubleHits, ShellMode, hammer_record
 from accept.simulate.records import Columns, DrivenUnit, slow_record
 from accept.simulate.unit_request import UnitRequest
-from checks.acceptance import POSITIONS_MM, AXIAL_Hz, TORSION_Hz, minimum_zone
+from checks.acceptance import POSITIONS_MM, FRAME_Hz, minimum_zone
 from checks.arrays import Array
 from checks.model import highpass_corner, stroke_of, time_simulation
 from checks.signals import Rig
@@ -81,7 +81,7 @@ def draw(rng: np.random.Generator) -> Figures:
         stacks_um=(stack, stack, stack),
         k_closed_N_per_um=k,
         k_open_N_per_um=1.35 * k,
-        modes_Hz=(280.0 * size, 412.0 * size, AXIAL_Hz * size, TORSION_Hz * size),
+        modes_Hz=(280.0 * size, 412.0 * size, FRAME_Hz[0] * size, FRAME_Hz[1] * size),
     )
 
 

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from accept import units
 from accept.capture.recipes import POINTS_MM
-from accept.units import unit_folder as units
-from accept.units.loaded_unit import loaded
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError, loaded
 from checks.declare import Measured
 from checks.errors import RecordError
 from checks.record import Record

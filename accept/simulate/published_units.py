@@ -6,7 +6,7 @@ from pathlib import Path
 import tomlkit
 
 from accept.base.atomic_files import write_atomic
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import UNIT_FILE
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from accept.simulate import apa
 from accept.simulate.faults import FAULTS, KINDS, UnitFault
 from accept.simulate.records import MERGE_HZ, Columns, DrivenUnit, noise_record, slow_record, sweep_record
 from accept.simulate.unit_request import FIGURES, UnitRequest, UnitRequestError
-from accept.units.unit_experiments import EXPERIMENTS
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import EXPERIMENTS, UNIT_FILE
 from checks.gap import under_experiment
 from hw.records import csv_bytes, mat_bytes
 from specs.plugins import product_named

@@ -93,10 +93,6 @@ def sealed(seq: int, time: str, who: str, entry: NewEvent, code: str, prev: str)
         raise StoreError(f"an event needs its operator and its kind (got who={who!r}, what={entry.what!r})")
     words = (time, who, entry.what, entry.subject, entry.spec, code, entry.text(), prev)
     for word in words:
-        _storable(word)
+        if "\0" in word or any("\ud800" <= c <= "\udfff" for c in word):
+            raise StoreError(f"{word!r} holds a character that cannot be stored (NUL, or half of a surrogate pair)")
     return Event(seq, *words, hash=digest(seq, *words))
-
-
-def _storable(word: str) -> None:
-    if "\0" in word or any("\ud800" <= c <= "\udfff" for c in word):
-        raise StoreError(f"{word!r} holds a character that cannot be stored (NUL, or half of a surrogate pair)")

@@ -64,27 +64,23 @@ class EventIndex:
 
 def sample_keys(samples: Mapping[str, Mapping[str, str]]) -> set[int]:
     """Return the keys of a result's samples. Raises ValueError if a text is not a sketch."""
-    from checks.signals import Sketch, sketch_key  # loads numpy: only if a result has samples
+    from checks.signals import Sketch  # loads numpy: only if a result has samples
 
     found: set[int] = set()
     for channels in samples.values():
         for channel, text in channels.items():
-            found.update([sketch_key(text.encode())] if channel == TABLE else Sketch.parse(text).keys())
+            found.update([Sketch.key(text.encode())] if channel == TABLE else Sketch.parse(text).keys())
     return found
 
 
-def part_keys(parts: Iterable[str]) -> set[int]:
+def part_keys(parts: Iterable[Any]) -> set[int]:
     """Return the keys of serials of parts: one for all that differ only in capitals."""
-    spelled = (spelling_key(part).encode("utf-8", "surrogatepass") for part in parts)
+    spelled = (spelling_key(part).encode("utf-8", "surrogatepass") for part in parts if isinstance(part, str))
     return {int.from_bytes(hashlib.sha256(one).digest()[:8], "big") >> 1 for one in spelled}
 
 
-def _part_keys(result: Mapping[str, Any]) -> set[int]:
-    return part_keys(part for part in result.get("parts", {}).values() if isinstance(part, str))
-
-
 SAMPLES = EventIndex(tables.samples, "samples", lambda result: sample_keys(result.get("samples", {})), '"samples"')
-PARTS = EventIndex(tables.parts, "parts", _part_keys, '"parts":{"')
+PARTS = EventIndex(tables.parts, "parts", lambda result: part_keys(result.get("parts", {}).values()), '"parts":{"')
 INDEXES = (SAMPLES, PARTS)
 
 

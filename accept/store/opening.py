@@ -39,7 +39,8 @@ def open_store(
     fails its integrity check."""
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     parsed = _parsed(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
-    where = _where(parsed)
+    shown = parsed.render_as_string(hide_password=True)
+    where = str(parsed.database) if parsed.get_backend_name() == "sqlite" else without_secrets(shown)
     with reported(where):
         engine = make_engine(parsed, timeout_s)
         try:
@@ -102,11 +103,6 @@ def _parsed(address: str) -> URL:
         form = "postgresql://USER:PASSWORD@HOST:PORT/DATABASE, '@' and ':' in a password as %40 and %3A"
         raise StoreError(f"ACCEPT_STORE_URL is no address of a database: expected {form}") from e
     return url
-
-
-def _where(url: URL) -> str:
-    shown = url.render_as_string(hide_password=True)
-    return str(url.database) if url.get_backend_name() == "sqlite" else without_secrets(shown)
 
 
 def _prepare(engine: Engine, where: str, make: bool) -> bool:

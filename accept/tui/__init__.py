@@ -1,1 +1,1 @@
-"""The screens of the guided workflow: they show and ask, `accept.workflow` and `accept.judging.judge_unit` decide."""
+"""The screens of the guided workflow: they show and ask, `accept.workflow` and `accept.judging` decide."""

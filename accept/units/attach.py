@@ -19,19 +19,21 @@ from specs.files import read_bounded
 
 
 def take_in(
-    source: Path, declared: Series | CsvTable, folder: Path, channels: Channels = NO_CHANNELS
+    source: Path, declared: Series | CsvTable, folder: Path, channels: Channels = NO_CHANNELS, kind: str = ""
 ) -> tuple[str, str]:
     """Copy a record into the folder; return its name there and its sha256. If another file has that name, the new one
-    gets a number. channels: our name -> source in the file. Raises RecordError if it is not as declared, OSError."""
-    _readable(source, declared, channels)
+    gets a number. channels: our name -> source in the file. Raises OSError, and RecordError if it is not as declared;
+    that names the variant of the product `kind` that it fits, if any."""
+    if not source.is_file():
+        raise RecordError(f"{source.name or source}: no such file")
+    try:
+        if isinstance(declared, CsvTable):
+            records.read_table(source, declared)
+        else:
+            records.read(source, declared, channels)
+    except RecordError as e:
+        raise pointed_to_variant(e, kind, declared, lambda series: records.read(source, series, channels)) from e
     return copy_in(source, folder, records.DEFAULT_LIMITS.max_bytes)
-
-
-def pointed(
-    error: RecordError, source: Path, declared: Series | CsvTable, kind: str, channels: Channels
-) -> RecordError:
-    """Return why a record was refused, with the variant of the unit's product that it fits, if any."""
-    return pointed_to_variant(error, kind, declared, lambda series: records.read(source, series, channels))
 
 
 def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
@@ -43,13 +45,6 @@ def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
     if not (folder / name).exists():
         write_atomic(folder / name, content)
     return name, digest
-
-
-def _readable(source: Path, declared: Series | CsvTable, channels: Channels) -> None:
-    if isinstance(declared, CsvTable):
-        records.read_table(source, declared)
-    else:
-        records.read(source, declared, channels)
 
 
 def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bool:

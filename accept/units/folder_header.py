@@ -38,7 +38,6 @@ def size_problems(data: Data) -> Problems:
 
 
 def _nested(content: Any) -> Iterator[Any]:
-    """Yield every table, list and text of a content, keys too."""
     if isinstance(content, dict | list | str):
         yield content
     if isinstance(content, dict | list):

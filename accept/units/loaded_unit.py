@@ -15,7 +15,7 @@ import numpy as np
 from accept.units import unit_folder
 from accept.units.unit_entry import FileEntry, UnitSection
 from accept.units.unit_experiments import EXPERIMENTS
-from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside, vet_shared
+from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside, record_channels, vet_shared
 from checks.cause import Cause, Reason, because
 from checks.declare import CsvTable, Series, Values
 from checks.errors import RecordError
@@ -99,7 +99,13 @@ class LoadedUnit:
                     return asked.within(name, file)
         return None
 
-    def names_in_files(self, section: UnitSection[Any]) -> set[str]:
+    def renames(self, name: str, source: str | None, section: UnitSection[Any]) -> bool:
+        """Return whether a channel is read by another name than its own from a section's records, though they hold one
+        of its name, or by the name of another channel. source: its name in the file, None for its own."""
+        there = name if source is None else bare_name(source)
+        return there != name and (there in record_channels() or name in self._names_in_files(section))
+
+    def _names_in_files(self, section: UnitSection[Any]) -> set[str]:
         """Return the channel names in a section's readable records, without units and places."""
         found: set[str] = set()
         for name in section.files:

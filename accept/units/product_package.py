@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from checks.acceptance import CHECKS, check_problem
+from checks.acceptance import CHECKS
 from specs import plugins
 from specs.distribution import NAME as DISTRIBUTION
 from specs.errors import AcceptError
@@ -154,7 +154,7 @@ def from_folder(folder: Path) -> Iterator[Product]:
     try:
         for entry in named.get(plugins.CHECKS, {}).values():
             check = _loaded(path, entry)
-            if problem := check_problem(check):
+            if problem := CHECKS.problem(check):
                 raise ProductError(f"{path}: {entry}: {problem}")
             if check.name in CHECKS:
                 raise ProductError(f"{path}: {entry}: the name '{check.name}' is taken")

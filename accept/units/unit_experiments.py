@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept.units.unit_entry import UnitSection, section_of
-from checks.acceptance import check_for
+from checks.acceptance import CHECKS
 from checks.gap import EXPERIMENT_KINDS, ExperimentKind
 
 EXPERIMENTS = "experiments"
@@ -36,7 +36,7 @@ def _experiment(
         said = "kind is missing" if given is None else f"kind = {given!r}"
         problems.append(f"{where} {said}: expected one of {', '.join(EXPERIMENT_KINDS)}")
         return None
-    kind, records = EXPERIMENT_KINDS[given], check_for("frf", product).inputs
+    kind, records = EXPERIMENT_KINDS[given], CHECKS.of_kind("frf", product).inputs
     known = {key: records[key] for key in RECORDS} | ({kind.value.name: kind.value} if kind.value else {})
     problems += [
         f"{where} {key}: unknown key (known of {given}: kind, {', '.join(known)})"

@@ -17,11 +17,11 @@ from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
-from accept.units.attempt_folder import last_attempt
+from accept.units.attempts import last_attempt
 from accept.units.unit_entry import UnitSection, section_of
 from accept.units.unit_experiments import Experiments, experiments_of
-from checks.acceptance import CHECKS, RESERVED, check_for
-from checks.declare import Check, Form, Series
+from checks.acceptance import CHECKS, RESERVED
+from checks.declare import Check, Series
 from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
@@ -147,6 +147,13 @@ def _read_text(path: Path) -> bytes:
         raise UnitError(path, [f"cannot be read: {e.strerror}"]) from e
 
 
+def parsed(text: bytes) -> UnitFolder:
+    """Return the unit of a `unit.toml` without its folder. Raises UnitError, ValueError."""
+    if len(text) > MAX_UNIT_TOML_BYTES:
+        raise ValueError(f"it has {len(text)} bytes, at most {MAX_UNIT_TOML_BYTES} are read")
+    return parse(Path(), text, toml_of(text))
+
+
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Return unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
     problems = folder_header.size_problems(data)
@@ -173,7 +180,7 @@ def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
         elif not isinstance(content, dict):
             problems.append(f"{name} = {content!r}: expected a section [{name}]")
         else:
-            sections[name] = _section(check_for(name, header.kind), content, problems)
+            sections[name] = _section(CHECKS.of_kind(name, header.kind), content, problems)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     return UnitFolder(
@@ -205,14 +212,10 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
             f"[{check.name}] {k}: unknown key{_meant(k, known)} (known: {', '.join(known)})" for k in unknown
         )
         return UnitSection(check, {})
-    if _form_of(check, set(content)) is None:
+    if not any(content.keys() <= {i.name for i in form.inputs} for form in check.forms):
         ways = " or ".join(f"{{{', '.join(i.name for i in form.inputs)}}}" for form in check.forms)
         problems.append(f"[{check.name}] mixes ways of giving its data: expected {ways}")
     return section_of(check, f"[{check.name}]", known, content, problems)
-
-
-def _form_of(check: Check, keys: set[str]) -> Form | None:
-    return next((form for form in check.forms if keys <= {i.name for i in form.inputs}), None)
 
 
 def inside(folder: Path, name: str) -> Path:

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from accept.base.names import is_system_account
-from accept.judging.folder_name import confirm, doubted_folder, doubted_serial, question
 from accept.store import Event, Store
 from accept.store.payloads import AttemptStarted, RunOpened
-from accept.units.unit_folder import UnitFolder
+from accept.units import UnitFolder
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.parse_entry import is_described, serial_problem
 from accept.workflow.instruments.port import Instruments
@@ -125,7 +124,7 @@ class Workbench:
         session = self.session(begun.serial, begun.kind, begun.operator)
         try:
             if begun.confirmed:
-                confirm(self.store, begun.serial, begun.operator)
+                self.services.tell_apart(self.store, begun.serial, begun.operator)
             self.services.warm()
             problems = self._attempt(session, begun)
             if self.training is not None:
@@ -173,8 +172,5 @@ class Workbench:
     def doubt(self, serial: str) -> str | None:
         """Return the question about a serial that looks like a known one, or about the unit folder that is continued
         and is called like another one; None without a doubt. Raises StoreError."""
-        if self.taken is not None and self.taken.serial == serial:
-            doubted = doubted_folder(self.store, self.taken)
-        else:
-            doubted = doubted_serial(self.store, serial)
-        return question(serial, doubted) if doubted else None
+        taken = self.taken if self.taken is not None and self.taken.serial == serial else None
+        return self.services.serial_doubt(self.store, serial, taken)

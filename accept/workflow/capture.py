@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from accept import units
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
 from accept.capture.operator_actions import OperatorActions
@@ -14,11 +15,10 @@ from accept.capture.reading_loop import Journal, ReadingLoop, Say
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED, Recording
 from accept.capture.setup import CaptureResult, CaptureSetup
-from accept.judging.judge_unit import default_spec
+from accept.judging import default_spec
 from accept.store import Store
 from accept.store.payloads import ReadingFailed
-from accept.units import toml_edit, unit_folder
-from accept.units.unit_entry import UnitSection
+from accept.units import UnitSection, toml_edit
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder
 from accept.workflow.session import Session
@@ -93,7 +93,6 @@ def _record(
 
 
 def _typed(session: Session, step: str) -> dict[str, Any]:
-    """Return the values that the step has already, by input."""
     state = session.state(step)
     inputs = session.step(step).check.inputs
     return {name: readings[-1] for name in inputs if (readings := state.readings(name))}
@@ -141,7 +140,7 @@ def measure_folder(
 ) -> CaptureResult:
     """Measure a section of a unit that has its `unit.toml`, in the attempt that the workflow goes on with, and enter it
     into the folder. simulated: so is the instrument. Raises as `capture`, UnitError, UnitBusy, EntryError."""
-    unit = unit_folder.read(folder)
+    unit = units.read(folder)
     session = open_session(store, home(), default_spec(unit.kind), operator, unit.serial, simulated=simulated)
     try:
         if session.run.attempt is None:
@@ -161,7 +160,6 @@ def measure_folder(
 
 
 def _numbers(section: UnitSection[Any] | None) -> dict[str, float]:
-    """Return the single values that a folder has of a section."""
     if section is None:
         return {}
     found = {name: section.number(name) for name in section.entries}

@@ -23,14 +23,11 @@ from accept.certificate import (
     read_certificate,
     rejudge,
     sign_into,
+    trust,
     verify_certificate,
 )
-from accept.certificate.trust import authority, keys
-from accept.certificate.trust.authority import QA, TECHNICIAN
-from accept.certificate.trust.encrypted_key import LockedError
-from accept.certificate.trust.keys import Credential
-from accept.certificate.trust.revocation import FILE
-from accept.judging.voids import counted
+from accept.certificate.trust import QA, TECHNICIAN, Credential, LockedError
+from accept.judging.reservations import counted
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
 from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
@@ -49,7 +46,7 @@ class Signing:
         self._session = session
 
     def make_keys(self, passphrase: str) -> Path:
-        return keys.init(self._session.home, passphrase, self._session.operator) / keys.AUTHORITY_PASSPHRASE
+        return trust.init(self._session.home, passphrase, self._session.operator) / trust.AUTHORITY_PASSPHRASE
 
     def sign(self, passphrase: str, reason: str = "") -> Verification:
         """Judge if needed, draw, sign as technician, write, store, and verify what was written. reason: why a unit is
@@ -112,7 +109,7 @@ class Signing:
     def keys(self, role: str) -> BenchKeys:
         return BenchKeys(
             key_problem(self._session.home, self._session.operator, role),
-            keys.exist(self._session.home),
+            trust.exist(self._session.home),
             self._replaces,
         )
 
@@ -142,11 +139,11 @@ class Signing:
 
     def _unlocked(self, role: str, passphrase: str) -> Credential:
         if not passphrase:
-            raise keys.KeysError("no passphrase was typed; nothing was signed")
+            raise trust.KeysError("no passphrase was typed; nothing was signed")
         home, operator = self._session.home, self._session.operator
-        several = role == TECHNICIAN and len(list(keys.person_files(home, role))) > 1
-        credential = keys.unlock(home, role, passphrase, operator if several else None)
-        return keys.stamping(credential, os.environ.get(TSA_VARIABLE), home)
+        several = role == TECHNICIAN and len(trust.persons(home, role)) > 1
+        credential = trust.unlock(home, role, passphrase, operator if several else None)
+        return trust.stamping(credential, os.environ.get(TSA_VARIABLE), home)
 
     def _passphrase_problem(self, role: str, passphrase: str) -> str:
         try:
@@ -188,7 +185,7 @@ class Signing:
         """Return why a passphrase cannot be chosen, "" if it can. said: what was typed beside it in clear."""
         if _is_said(self._session, chosen) or _is_one_of(chosen, said):
             return "This stands in clear in the unit's record: choose another passphrase"
-        return _refusal(lambda: keys.check_passphrase(chosen))
+        return _refusal(lambda: trust.check_passphrase(chosen))
 
     def _verified(self, path: Path, credential: Credential) -> Verification:
         self._session.refresh()
@@ -198,9 +195,9 @@ class Signing:
 def key_problem(home: Path, operator: str, role: str = TECHNICIAN) -> str:
     """Return why this operator cannot sign in a role with the keys at this bench, and what to do; "" if nothing is
     known against it, or the bench has no keys yet."""
-    if not keys.exist(home):
+    if not trust.exist(home):
         return ""
-    names = [authority.person_of(keys.certificate_of(path)) for path in keys.person_files(home, role)]
+    names = trust.persons(home, role)
     if role == QA:
         return "" if names else f"Quality assurance has no key at this bench yet: {_ASK.format(QA, 'NAME')}"
     if any(same_person(name, operator) for name in names):
@@ -225,7 +222,6 @@ def _is_one_of(words: str, secrets: Iterable[str]) -> str:
 
 
 def _refusal(check: Callable[[], object]) -> str:
-    """Return why a check refuses, "" if it does not."""
     try:
         check()
     except AcceptError as e:
@@ -238,7 +234,7 @@ _NOT_OPENED = "Wrong passphrase, or the file of the key is damaged. Type it agai
 
 
 def _verify(session: Session, document: bytes, credential: Credential) -> Verification:
-    listed = ListsBeside({keys.folder(session.home) / FILE: credential.ca})
+    listed = ListsBeside({trust.list_file(session.home): credential.ca})
     return verify_certificate(
         document, [credential.ca], ports(rejudge), records=session.folder, known=at_bench(listed),
         revoked=listed.entries, training=session.training,

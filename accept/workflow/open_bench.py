@@ -4,12 +4,13 @@ only in a thread."""
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from accept import units
 from accept.base.home import home
 from accept.capture.operator_actions import Person
-from accept.judging.judge_unit import default_specs, load_spec
+from accept.judging import default_specs, load_spec
+from accept.judging.reservations import serial_doubt, tell_apart
 from accept.store import open_store
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from accept.workflow.bench import Workbench
 from accept.workflow.capture import capture
 from accept.workflow.certify import Signing, key_problem
@@ -32,6 +33,8 @@ class BenchServices(WorkerProcess):
 
     open_session = staticmethod(open_session)
     refuse_passphrases = staticmethod(refuse_passphrases)
+    serial_doubt = staticmethod(serial_doubt)
+    tell_apart = staticmethod(tell_apart)
     signing = staticmethod(Signing)
     key_problem = staticmethod(key_problem)
 
@@ -54,11 +57,11 @@ def open_bench(
 ) -> Workbench:
     """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
     SettingsError, UnitError."""
-    taken = unit_folder.read(folder) if folder else None
+    taken = units.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else default_specs()
     if taken is not None and taken.kind not in {one.kind for one in specs}:
         problem = f"kind = '{taken.kind}', but spec {specs[0].name} judges '{specs[0].kind}'"
-        raise UnitError(taken.path / unit_folder.UNIT_FILE, [problem])
+        raise UnitError(taken.path / units.UNIT_FILE, [problem])
     stated = load_bench(bench_file) if bench_file else None
     instruments = BenchInstruments(stated) if stated else Instruments()
     return Workbench(

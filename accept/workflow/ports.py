@@ -10,6 +10,7 @@ from typing import Protocol
 from accept.base.documents.results import UnitRecord
 from accept.store import Event, Store
 from accept.store.payloads import StepJudged
+from accept.units import UnitFolder
 from accept.workflow.dialogue.summary import Ask, BenchKeys
 from accept.workflow.dialogue.summary_state import Report
 from accept.workflow.instruments.port import Instruments
@@ -80,6 +81,13 @@ class Services(Protocol):
 
     def refuse_passphrases(self, home: Path, texts: Iterable[str]) -> None:
         """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
+
+    def serial_doubt(self, store: Store, serial: str, unit: UnitFolder | None) -> str | None:
+        """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
+        StoreError."""
+
+    def tell_apart(self, store: Store, serial: str, who: str) -> None:
+        """Store that a person told a serial apart from those that look like it. Raises StoreError."""
 
     def open_session(
         self, store: Store, home: Path, spec: Spec, operator: str, serial: str, stated: BenchFile | None

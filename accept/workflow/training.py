@@ -11,9 +11,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from accept import units
 from accept.base.atomic_files import write_atomic
 from accept.base.home import home
-from accept.judging.judge_unit import default_spec, load_spec
+from accept.judging import default_spec, load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.pictures.labels import label_of
 from accept.simulate import FAULTS, UnitRequest, simulate
@@ -22,8 +23,7 @@ from accept.simulate.faults import Remedy, remedies
 from accept.simulate.unit_request import SHORT_S, drawn, on_bench
 from accept.store import Event, open_store
 from accept.store.payloads import RecordLinked, ValueTaken
-from accept.units import unit_folder
-from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from accept.units import UNIT_FILE, UnitFolder
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.passphrase_guard import refuse_passphrases
@@ -188,7 +188,7 @@ class TrainingBench(Workbench):
         seed = int(number) if number.isdecimal() and number != begun.serial else zlib.crc32(begun.serial.encode())
         request = training_request(begun.kind, begun.serial, seed)
         unit = TrainingUnit(request, self.home / "records" / begun.serial)
-        taught = unit_folder.read(unit.folder)
+        taught = units.read(unit.folder)
         world = world_of(unit.folder)
         simulated = SimulatedBench(world, self.home / "bench" / begun.serial, seed=seed, byte_s=BYTE_S)
         bench = self.running.enter_context(simulated)

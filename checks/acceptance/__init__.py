@@ -1,7 +1,7 @@
 """The acceptance checks: each file of this folder is the check of its name and holds its `CHECK`; code shared by
 several checks is in the subfolders. Other packages add theirs under `accept.checks`.
 
-    check = check_for("capacitance", kind="apa")  # as units of that product are measured
+    check = CHECKS.of_kind("capacitance", "apa")  # as units of that product are measured
     check.inputs, check.settings, check.quantities  # as declared (`checks.declare`)
     outcome = check.measure(values, spec.checks["capacitance"])  # values by input, or a NoResult with its cause
     [(q.name, q.value, q.U, q.unit) for q in outcome.quantities]
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from checks.acceptance.common.typed_value import with_temperature
     from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
     from checks.acceptance.responses.rules import record_faults, size_faults
-    from checks.acceptance.spurious_modes import HAMMER_RECORDS, AXIAL_Hz, TORSION_Hz, hammer_progress
+    from checks.acceptance.spurious_modes import FRAME_Hz, hammer_progress
     from checks.acceptance.stiffness import deflection_of
 else:
     __getattr__ = door(__name__)
@@ -100,40 +100,37 @@ class Checks(Mapping[str, Check]):
         for name in set(names) - _OWN:
             self._loaded.pop(name, None)
 
+    def of_kind(self, name: str, kind: str) -> Check:
+        """Return a check for units of a product, without the channels that it does not have. Raises KeyError."""
+        product = products().get(kind)
+        return self[name].without(product.absent) if product is not None and product.absent else self[name]
+
+    def label_of(self, quantity: str) -> str:
+        """Return the label of a quantity, as its check declares it, else words made from its name.
+
+        Loaded checks are searched first, so that judging by two checks loads no other; those of responses last."""
+        quick_first = sorted(self, key=OF_RESPONSES.__contains__)
+        for check in chain(self.loaded, map(self.__getitem__, quick_first)):
+            if quantity in check.quantities:
+                return check.labels[quantity]
+        return label_from_name(quantity)
+
+    def problem(self, check: Any) -> str:
+        """Return the fault of a check of another package, "" without one."""
+        if not isinstance(check, Check):
+            return f"is a {type(check).__name__}, expected a Check"
+        if not check.name.isidentifier() or check.name in RESERVED:
+            return f"a check cannot be called '{check.name}'"
+        if check.section is not None and check.section not in self:
+            return f"check '{check.name}' reads section '{check.section}', which no check has"
+        if not (check.quantities and check.kinds and (check.forms or check.section)):
+            return f"check '{check.name}' declares no quantities, kinds or forms"
+        owners = {q: own.name for own in self.values() for q in own.quantities}
+        taken = [f"{q} (of {owners[q]})" for q in check.quantities if q in owners]
+        return f"check '{check.name}' measures {', '.join(taken)}: one check per quantity" if taken else ""
+
 
 CHECKS = Checks()
 
 
-def check_for(name: str, kind: str) -> Check:
-    """Return a check for units of a product, without the channels that it does not have. Raises KeyError."""
-    product = products().get(kind)
-    return CHECKS[name].without(product.absent) if product is not None and product.absent else CHECKS[name]
-
-
-def label_of(quantity: str) -> str:
-    """Return the label of a quantity, as its check declares it, else words made from its name.
-
-    Loaded checks are searched first, so that judging by two checks loads no other; those of responses last."""
-    quick_first = sorted(CHECKS, key=OF_RESPONSES.__contains__)
-    for check in chain(CHECKS.loaded, map(CHECKS.__getitem__, quick_first)):
-        if quantity in check.quantities:
-            return check.labels[quantity]
-    return label_from_name(quantity)
-
-
-def check_problem(check: Any) -> str:
-    """Return the fault of a check of another package, "" without one."""
-    if not isinstance(check, Check):
-        return f"is a {type(check).__name__}, expected a Check"
-    if not check.name.isidentifier() or check.name in RESERVED:
-        return f"a check cannot be called '{check.name}'"
-    if check.section is not None and check.section not in CHECKS:
-        return f"check '{check.name}' reads section '{check.section}', which no check has"
-    if not (check.quantities and check.kinds and (check.forms or check.section)):
-        return f"check '{check.name}' declares no quantities, kinds or forms"
-    owners = {q: own.name for own in CHECKS.values() for q in own.quantities}
-    taken = [f"{q} (of {owners[q]})" for q in check.quantities if q in owners]
-    return f"check '{check.name}' measures {', '.join(taken)}: one check per quantity" if taken else ""
-
-
-CHECKS.add(plugins.plugins(plugins.CHECKS, check_problem, CHECKS))
+CHECKS.add(plugins.plugins(plugins.CHECKS, CHECKS.problem, CHECKS))

@@ -13,11 +13,11 @@ from checks.cause import Cause, NoResult, together
 from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
 from checks.fitting.calibrate import quicker
-from checks.fitting.dataset import Dataset, dataset_from_records
+from checks.fitting.dataset import Dataset
 from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import misalignment_panels
-from checks.misalignment.table import MisalignmentTable, grid, table_frequencies, table_row
+from checks.misalignment.table import MisalignmentTable, grid, table_frequencies
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
@@ -74,15 +74,17 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
     merge: Measured | None = values.get("merge_Hz")
     merge_Hz, name = frf.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
     try:
-        return dataset_from_records(below, above, merge_Hz, channels=SENSOR_CHANNELS, name=name)
+        return Dataset.from_records(below, above, merge_Hz, channels=SENSOR_CHANNELS, name=name)
     except RecordError:  # the sensor stack helps, but the two others suffice
-        return dataset_from_records(below, above, merge_Hz, channels=RATIO_CHANNELS, name=name)
+        return Dataset.from_records(below, above, merge_Hz, channels=RATIO_CHANNELS, name=name)
 
 
 def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
     quick, f, (dx, dy) = quicker(model), table_frequencies(), grid(model, *PLACES)
-    return MisalignmentTable(dx, dy, f, np.array([table_row(quick, float(x), dy, f) for x in dx]), model.name)
+    return MisalignmentTable(
+        dx, dy, f, np.array([MisalignmentTable.row(quick, float(x), dy, f) for x in dx]), model.name
+    )
 
 
 def _quantity(name: str, axis: str, found: MisalignmentEstimate) -> Quantity:

@@ -29,7 +29,7 @@ HAMMER_RECORDS = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 HARMONICS = {"x_bending": (3, 5), "y_bending": (3,)}  # [STB] 2.4: 840 and 1400 Hz; 1220 Hz
 FREE_FREE_Hz = {"x_bending": 189.0, "y_bending": 285.0}  # of the strut, by FEM ([STB], table 2.4)
 _FREE_FREE_WORDS = {"x_bending": "bending in x", "y_bending": "bending in y"}
-AXIAL_Hz, TORSION_Hz = 709.0, 1909.0  # of the frame, bottom end clamped, by its public matrices
+FRAME_Hz = (709.0, 1909.0)  # axial, torsion, of the frame with its bottom end clamped, by its public matrices
 _THIRD_MODE = (
     "torsion about z: it is not known which mode {f_Hz:.4g} Hz is (finite elements: axial {axial:g} Hz, torsion "
     "{torsion:g} Hz); the value is reported and not judged"
@@ -237,7 +237,7 @@ def _notes(
         )
     third = chosen["z_torsion"]
     if isinstance(third, Mode) and "z_torsion_Hz" not in spec.limits:
-        notes.append(_THIRD_MODE.format(f_Hz=third.f_Hz, axial=AXIAL_Hz, torsion=TORSION_Hz))
+        notes.append(_THIRD_MODE.format(f_Hz=third.f_Hz, axial=FRAME_Hz[0], torsion=FRAME_Hz[1]))
     return notes + [
         f"{_FREE_FREE_WORDS[name]}: expected in the strut at about {mode.f_Hz / math.sqrt(2):.3g} Hz, as measured here "
         f"divided by sqrt 2 (finite elements: {FREE_FREE_Hz[name]:g} Hz)"

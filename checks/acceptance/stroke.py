@@ -212,7 +212,8 @@ def _sum(parts: list[Quantity]) -> Quantity:
     own: dict[str, list[Contribution]] = {}
     for c in (c for q in parts for c in q.budget):
         own.setdefault(c.source, []).append(c)
-    budget = tuple(Contribution(source, _sum_of_shares(cs), cs[0].kind) for source, cs in own.items())
+    sums = {s: math.hypot(*(c.u for c in cs)) if cs[0].kind == "A" else sum(c.u for c in cs) for s, cs in own.items()}
+    budget = tuple(Contribution(source, u, own[source][0].kind) for source, u in sums.items())
     if any(q.U is None for q in parts):
         return Quantity("stroke_um", value, None, budget, note=parts[0].note)
     return Quantity.of("stroke_um", value, *budget)
@@ -225,10 +226,6 @@ def _check_stacks(total: Quantity, parts: list[Quantity], within: float) -> Quan
     if total.reason is not None or abs(two / 2 / one - 1) <= within:
         return total
     return total.doubted(Cause.STACKS_DIFFER, one=one, other_um=two / 2)
-
-
-def _sum_of_shares(shares: list[Contribution]) -> float:
-    return math.hypot(*(c.u for c in shares)) if shares[0].kind == "A" else sum(c.u for c in shares)
 
 
 def _width_quantity(name: str, found: list[Stroke | Reason]) -> Quantity:

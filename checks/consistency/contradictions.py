@@ -6,7 +6,7 @@ fails as before: a contradiction does not improve a unit."""
 from collections.abc import Sequence
 from dataclasses import replace
 
-from checks.acceptance import CHECKS, label_of
+from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because, together
 from checks.consistency.relations import RELATIONS, Known, Relation
 from checks.verdict import Finding, Verdict
@@ -19,12 +19,9 @@ def check_consistency(findings: Sequence[Finding], known: Known) -> list[Finding
     for relation in RELATIONS:
         if relation.is_contradicted(known):
             reason = _reason(relation, known)
-            checked = [_without_result(f, reason) if _comes_from(f, relation) else f for f in checked]
+            read = [CHECKS[f.check].reads in relation.sections and f.quantity not in relation.spared for f in checked]
+            checked = [_without_result(f, reason) if used else f for f, used in zip(checked, read, strict=True)]
     return checked
-
-
-def _comes_from(finding: Finding, relation: Relation) -> bool:
-    return CHECKS[finding.check].reads in relation.sections and finding.quantity not in relation.spared
 
 
 def _without_result(finding: Finding, reason: Reason) -> Finding:
@@ -47,6 +44,6 @@ def _reason(relation: Relation, known: Known) -> Reason:
         hi=relation.hi,
         one=f"{one.name} = {one.value:.4g} {one.unit}",
         other=f"{other.name} = {other.value:.4g} {other.unit}",
-        one_called=with_unit(f"{label_of(one.name)} = {one.value:.4g}", one.name),
-        other_called=with_unit(f"{label_of(other.name)} = {other.value:.4g}", other.name),
+        one_called=with_unit(f"{CHECKS.label_of(one.name)} = {one.value:.4g}", one.name),
+        other_called=with_unit(f"{CHECKS.label_of(other.name)} = {other.value:.4g}", other.name),
     )

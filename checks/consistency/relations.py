@@ -63,12 +63,6 @@ def _static(known: Known) -> float:
     return 1.0 - (hi**3 - lo**3) / (hi - lo) / 3 / f**2
 
 
-def _static_over_stroke(known: Known) -> float:
-    """Return the gain of two stacks [um per V at the DAC] over the stroke of three stacks [um] over their whole
-    range."""
-    return _static(known) / AMPLIFIER_GAIN / (2 / 3) * (STACK_V[1] - STACK_V[0])
-
-
 PAYLOAD = Relation(
     title="Stiffness by resonance and payload, over that by the added mass",
     one="k_resonance_N_per_um",
@@ -112,7 +106,8 @@ RELATIONS = (
         hi=1.15,
         why="two of three stacks behind an amplifier of 20: 28.6 um per V by the stroke, 17.5 to 26.7 by small signals "
         "([STB] 2.3, 4.2)",
-        scale=_static_over_stroke,
+        # gain of two stacks [um per V at the DAC] over the stroke of three stacks [um] over their whole range
+        scale=lambda known: _static(known) / AMPLIFIER_GAIN / (2 / 3) * (STACK_V[1] - STACK_V[0]),
         needs=("axial_resonance_Hz",),
     ),
     PAYLOAD,

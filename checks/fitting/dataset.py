@@ -89,7 +89,7 @@ class Dataset:
     both are fractions of, the measured one before a model is known; taken_out: errors of the encoder's interpolation
     that were removed from H.
 
-    Errors of different bins are independent. `dataset_from_records`, `dataset_of` and `simulated` make it."""
+    Errors of different bins are independent. `from_records`, `of` and `simulated` make it."""
 
     f: Array
     H: Complex
@@ -101,6 +101,44 @@ class Dataset:
     scale: Complex | None = None
     by_frequency: Array | None = None
     taken_out: Errors = ()
+
+    @classmethod
+    def of(cls, frf: Frf, tolerance: float = 0.0, name: str = "responses") -> "Dataset":
+        """Return the usable, independent bins of an estimate. Raises RecordError if there are none."""
+        bins = frf.independent()
+        good = bins.usable
+        if not good.any():
+            raise RecordError(f"{name}: no bin of the response is driven")
+        return cls(bins.f[good], bins.H[good], bins.channels, bins.cov[good], bins.nu[good], tolerance, name)
+
+    @classmethod
+    def from_records(
+        cls,
+        low: Record,
+        high: Record | None = None,
+        merge_Hz: float | None = None,
+        *,
+        tolerance: float = 0.0,
+        channels: Sequence[str] = CHANNELS,
+        f_lo: float = F_LO,
+        f_hi: float = F_HI,
+        name: str | None = None,
+    ) -> "Dataset":
+        """Return the responses of one realisation: low up to merge_Hz [Hz] and high above it; low alone without high.
+        The encoder's interpolation error seen in low is removed from both.
+
+        Raises RecordError for a missing channel or merge frequency, and a band without drive."""
+        called = name or low.name
+        errors = interpolation_errors(low) if "de" in channels else ()
+        low = remove_errors(low, errors)
+        high = high and remove_errors(high, errors_of_other_record(errors, high))
+        if high is None:
+            return replace(_of_record(low, tolerance, channels, f_lo, f_hi, called), taken_out=errors)
+        if merge_Hz is None or not f_lo < merge_Hz < f_hi:
+            raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
+        below = _of_record(low, tolerance, channels, f_lo, merge_Hz, called)
+        above = _of_record(high, tolerance, channels, merge_Hz, f_hi, called)
+        return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
 
     def __repr__(self) -> str:
         band = f"{self.f.size} bins from {self.f[0]:.4g} to {self.f[-1]:.4g} Hz" if self.f.size else "no bins"
@@ -176,43 +214,6 @@ class Dataset:
         return self.at(np.unique(np.searchsorted(self.f, wanted * (1 - 1e-12))))
 
 
-def dataset_of(frf: Frf, tolerance: float = 0.0, name: str = "responses") -> Dataset:
-    """Return the usable, independent bins of an estimate. Raises RecordError if there are none."""
-    bins = frf.independent()
-    good = bins.usable
-    if not good.any():
-        raise RecordError(f"{name}: no bin of the response is driven")
-    return Dataset(bins.f[good], bins.H[good], bins.channels, bins.cov[good], bins.nu[good], tolerance, name)
-
-
-def dataset_from_records(
-    low: Record,
-    high: Record | None = None,
-    merge_Hz: float | None = None,
-    *,
-    tolerance: float = 0.0,
-    channels: Sequence[str] = CHANNELS,
-    f_lo: float = F_LO,
-    f_hi: float = F_HI,
-    name: str | None = None,
-) -> Dataset:
-    """Return the responses of one realisation: low up to merge_Hz [Hz] and high above it; low alone without high. The
-    encoder's interpolation error seen in low is removed from both.
-
-    Raises RecordError for a missing channel or merge frequency, and a band without drive."""
-    called = name or low.name
-    errors = interpolation_errors(low) if "de" in channels else ()
-    low = remove_errors(low, errors)
-    high = high and remove_errors(high, errors_of_other_record(errors, high))
-    if high is None:
-        return replace(_of_record(low, tolerance, channels, f_lo, f_hi, called), taken_out=errors)
-    if merge_Hz is None or not f_lo < merge_Hz < f_hi:
-        raise RecordError(f"{called}: merge_Hz is {merge_Hz}; expected a frequency within {f_lo:g}..{f_hi:g} Hz")
-    below = _of_record(low, tolerance, channels, f_lo, merge_Hz, called)
-    above = _of_record(high, tolerance, channels, merge_Hz, f_hi, called)
-    return replace(joined(below, above.at(above.f > below.f[-1])), taken_out=errors)
-
-
 def joined(below: Dataset, above: Dataset) -> Dataset:
     """Join two bands of a response."""
     if below.channels != above.channels:
@@ -242,7 +243,7 @@ def _of_record(
         frf = lpm_record(record, DRIVE, channels, f_lo, f_hi, step=STEP)
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
-    data = dataset_of(frf, tolerance, name)
+    data = Dataset.of(frf, tolerance, name)
     cov, nu = pool_noise(frf, _input_power(record, frf.f))
     return replace(data, cov=cov, nu=nu)
 

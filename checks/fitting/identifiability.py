@@ -24,6 +24,13 @@ class Identifiability:
     rival: str
     correlation: float
 
+    @staticmethod
+    def of_effects(fit: Fit, effects: Iterable[str]) -> "dict[str, Identifiability]":
+        """Return the identifiability of each fitted value of some effects, by `effect.parameter`. Parameters found
+        without a fit (signs, slow sines) have no entry."""
+        wanted = set(effects)
+        return {n: identifiability(fit, n) for n in fit.names if n.partition(".")[0] in wanted}
+
     @property
     def inflation(self) -> float:
         """Return the factor by which other parameters widen the uncertainty: 1 if the value is determined alone, large
@@ -45,13 +52,6 @@ def identifiability(fit: Fit, name: str) -> Identifiability:
     return Identifiability(float(sds[k]), alone, fit.names[rival], float(correlation[k, rival]))
 
 
-def identifiability_of_effects(fit: Fit, effects: Iterable[str]) -> dict[str, Identifiability]:
-    """Return the identifiability of each fitted value of some effects, by `effect.parameter`. Parameters found without
-    a fit (signs, slow sines) have no entry."""
-    wanted = set(effects)
-    return {n: identifiability(fit, n) for n in fit.names if n.partition(".")[0] in wanted}
-
-
 @dataclass(frozen=True, eq=False)
 class LikelihoodProfile:
     """values (n,) of a parameter, in its own unit, and fall (n,) of ln L from its maximum with all others fitted again
@@ -62,19 +62,19 @@ class LikelihoodProfile:
     fall: Array
     ci95: tuple[float, float]
 
-
-def likelihood_profile(found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> LikelihoodProfile:
-    """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
-    ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that stays
-    low, or rises on one side only, is of a value that the data do not determine. Raises ModelError."""
-    if name not in found.names:
-        raise ModelError(f"'{name}' was not fitted (fitted: {', '.join(found.names)})")
-    free, at, sd = found.free[found.names.index(name)], found.at[name], found.sds[name]
-    values = np.unique(np.clip(at + reach * sd * np.linspace(-1.0, 1.0, points), free.lo, free.hi))
-    cost = np.array([cost_with(found, name, float(v)) for v in values])
-    fall = np.maximum(cost - min(found.cost, float(cost.min())), 0.0)
-    z = np.sqrt(2.0 * fall) * np.sign(values - at)  # a normal's is straight: its ends are those of Fisher
-    rising = np.maximum.accumulate(z)
-    lo = float(np.interp(-TWO_SIDED, rising, values, left=-np.inf)) if z[0] <= -TWO_SIDED else -np.inf
-    hi = float(np.interp(TWO_SIDED, rising, values, right=np.inf)) if z[-1] >= TWO_SIDED else np.inf
-    return LikelihoodProfile(name, values, fall, (lo, hi))
+    @classmethod
+    def of(cls, found: Fit, name: str, reach: float = REACH, points: int = POINTS) -> "LikelihoodProfile":
+        """Return the profile of the likelihood of a fitted parameter over `reach` standard uncertainties to either side
+        ([PAWITAN01] 3.4; [RAUE09]): a fit for each value. Its interval needs no Fisher information: a profile that
+        stays low, or rises on one side only, is of a value that the data do not determine. Raises ModelError."""
+        if name not in found.names:
+            raise ModelError(f"'{name}' was not fitted (fitted: {', '.join(found.names)})")
+        free, at, sd = found.free[found.names.index(name)], found.at[name], found.sds[name]
+        values = np.unique(np.clip(at + reach * sd * np.linspace(-1.0, 1.0, points), free.lo, free.hi))
+        cost = np.array([cost_with(found, name, float(v)) for v in values])
+        fall = np.maximum(cost - min(found.cost, float(cost.min())), 0.0)
+        z = np.sqrt(2.0 * fall) * np.sign(values - at)  # a normal's is straight: its ends are those of Fisher
+        rising = np.maximum.accumulate(z)
+        lo = float(np.interp(-TWO_SIDED, rising, values, left=-np.inf)) if z[0] <= -TWO_SIDED else -np.inf
+        hi = float(np.interp(TWO_SIDED, rising, values, right=np.inf)) if z[-1] >= TWO_SIDED else np.inf
+        return cls(name, values, fall, (lo, hi))

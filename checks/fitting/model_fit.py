@@ -40,6 +40,30 @@ class ModelFit:
     constants: Mapping[str, Constant]
     outside: str | None
 
+    @staticmethod
+    def of(start: Model, first: Dataset, unseen: Dataset | None, starts: int, say: Callable[[str], None]) -> "ModelFit":
+        """Fit the uncertain parameters of a model. unseen: a second realisation, to compare with; starts: of the
+        search. Raises ModelError."""
+        found = calibrate(start, first, free_of(start), unseen=unseen, starts=starts)
+        # the state before it, if the search ended farther from the data than it began
+        before = start_as_fit(start, first, found.fit, "the search ended farther from the data than it began")
+        own = replace(found.fit, datasets=tuple(replace(s, tolerance=first.tolerance) for s in found.fit.datasets))
+        found = found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
+        at = found.model.with_values(found.fit.at)
+        by_seed, constants = _constants(at, first, say)
+        return ModelFit(
+            start=start,
+            model=at,
+            fit=found.fit,
+            first=first,
+            before=_gaps(start, first),
+            after=_gaps(at, first, found.fit.effective_parameters if found.fit.converged else 0.0),
+            held_out={} if unseen is None else _gaps(at, unseen),
+            seed_constants=by_seed,
+            constants=constants,
+            outside=_outside(found.fit),
+        )
+
     @property
     def worst(self) -> tuple[str, float]:
         """Return the channel with the largest G, on data that were not fitted if there are any, and that G."""
@@ -70,32 +94,6 @@ class ModelFit:
         data = self.fit.datasets[0]
         before, after = (m.frf(data.f, channels=data.channels) for m in (self.start, self.model))
         return fit_panels(data.around(after), before, after)
-
-
-def fit_model(
-    start: Model, first: Dataset, unseen: Dataset | None, starts: int, say: Callable[[str], None]
-) -> ModelFit:
-    """Fit the uncertain parameters of a model. unseen: a second realisation, to compare with; starts: of the search.
-    Raises ModelError."""
-    found = calibrate(start, first, free_of(start), unseen=unseen, starts=starts)
-    # the state before it, if the search ended farther from the data than it began
-    before = start_as_fit(start, first, found.fit, "the search ended farther from the data than it began")
-    own = replace(found.fit, datasets=tuple(replace(s, tolerance=first.tolerance) for s in found.fit.datasets))
-    found = found if own_cost(own) <= own_cost(before) else Calibration(start, start, before)
-    at = found.model.with_values(found.fit.at)
-    by_seed, constants = _constants(at, first, say)
-    return ModelFit(
-        start=start,
-        model=at,
-        fit=found.fit,
-        first=first,
-        before=_gaps(start, first),
-        after=_gaps(at, first, found.fit.effective_parameters if found.fit.converged else 0.0),
-        held_out={} if unseen is None else _gaps(at, unseen),
-        seed_constants=by_seed,
-        constants=constants,
-        outside=_outside(found.fit),
-    )
 
 
 def _outside(found: Fit) -> str | None:

@@ -1,7 +1,7 @@
 """Misalignment of the APA between its joints, from the responses of encoder and interferometer.
 
-    plain, dx, dy, f = table_axes(model, 5, 7)  # places [um] and frequencies [Hz] of the model's table
-    R = np.array([table_row(plain, x, dy, f) for x in dx])  # de / da
+    plain, dx, dy, f = MisalignmentTable.axes(model, 5, 7)  # places [um] and frequencies [Hz] of the model's table
+    R = np.array([MisalignmentTable.row(plain, x, dy, f) for x in dx])  # de / da
     table = MisalignmentTable(dx, dy, f, R, plain.name)
 
     found = estimate_misalignment(with_payload(model, 5.76), first, table, second)  # two realisations
@@ -19,6 +19,6 @@ if TYPE_CHECKING:
     from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
     from checks.misalignment.estimate_types import MisalignmentEstimate
     from checks.misalignment.panels import misalignment_panels
-    from checks.misalignment.table import MisalignmentTable, table_axes, table_limits_um, table_row
+    from checks.misalignment.table import MisalignmentTable, table_limits_um
 else:
     __getattr__ = door(__name__)

@@ -57,25 +57,6 @@ def check_tabulated(model: Model) -> None:
         raise ModelError(f"model {model.name} has no joints, so no misalignment; name the model of a strut")
 
 
-def table_axes(model: Model, nx: int = 41, ny: int = 41) -> tuple[Model, Array, Array, Array]:
-    """Return what a table of the model is made from: the model, dx (nx,) and dy (ny,) [um], f (F,) [Hz].
-
-    A model with uncertain modes has more modes, so it is tabulated with real modes, which is close enough. Raises
-    ModelError for a grid that is too small or a model without encoder or joints."""
-    check_tabulated(model)
-    return quicker(model) if model.scatters else model, *grid(model, nx, ny), table_frequencies()
-
-
-def table_row(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
-    """Return de / da (Y, F) of a row of the table. Raises ModelError if the model has no such ratio."""
-    check_tabulated(model)
-    out = np.empty((len(dy_um), f.size), dtype=np.complex64)
-    for i, dy in enumerate(dy_um):
-        H = model.frf(f, {"misalignment.dx_um": float(dx_um), "misalignment.dy_um": float(dy)}, ("de", "da"))
-        out[i] = H[:, 0] / H[:, 1]
-    return out
-
-
 @dataclass(frozen=True, eq=False)
 class Likelihood:
     """Misfit (X, Y) over dx (X,), dy (Y,) [um]: minus the logarithm of the likelihood, least over the shifts."""
@@ -109,6 +90,25 @@ class MisalignmentTable:
     R: NDArray[np.complex64]
     model: str = ""
     sha256: str = ""
+
+    @staticmethod
+    def axes(model: Model, nx: int = 41, ny: int = 41) -> tuple[Model, Array, Array, Array]:
+        """Return what a table of the model is made from: the model, dx (nx,) and dy (ny,) [um], f (F,) [Hz].
+
+        A model with uncertain modes has more modes, so it is tabulated with real modes, which is close enough. Raises
+        ModelError for a grid that is too small or a model without encoder or joints."""
+        check_tabulated(model)
+        return quicker(model) if model.scatters else model, *grid(model, nx, ny), table_frequencies()
+
+    @staticmethod
+    def row(model: Model, dx_um: float, dy_um: Sequence[float] | Array, f: Array) -> NDArray[np.complex64]:
+        """Return de / da (Y, F) of a row of the table. Raises ModelError if the model has no such ratio."""
+        check_tabulated(model)
+        out = np.empty((len(dy_um), f.size), dtype=np.complex64)
+        for i, dy in enumerate(dy_um):
+            H = model.frf(f, {"misalignment.dx_um": float(dx_um), "misalignment.dy_um": float(dy)}, ("de", "da"))
+            out[i] = H[:, 0] / H[:, 1]
+        return out
 
     def query(self, data: Dataset) -> Likelihood:
         """Return the likelihood of each place for responses with de and da. Raises ModelError without a common bin."""

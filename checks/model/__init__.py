@@ -4,7 +4,7 @@
     model = model.with_values({"bench.payload_kg": 5.9})  # flat names; the unit is the end of the name
     H = model.frf(f)  # (F, C) complex, per volt of Va at the DAC, of model.channels
     f_Hz, damping = frequency_and_damping(model.poles())
-    plant = state_space(model)
+    plant = StateSpace.of(model)
     y = time_simulation(model, Va.size, fs=10_000.0)(Va)["de"]  # (N,) [m]
     sweep_parameters(model, ["joint.kz_N_per_um"], [75.0, 250.0], "Vs", f).table
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from checks.model.structure.superelement_check import check_superelement
     from checks.model.time.hysteresis_creep import loops_of, stroke_of
     from checks.model.time.partial_fractions import Fractions
-    from checks.model.time.state_space import StateSpace, state_space
+    from checks.model.time.state_space import StateSpace
     from checks.model.time.time_response import time_simulation
-    from checks.model.unidentified import UNIDENTIFIED, UnidentifiedElement, unidentified_element
+    from checks.model.unidentified import UNIDENTIFIED, UnidentifiedElement
 else:
     __getattr__ = door(__name__)

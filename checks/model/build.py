@@ -46,7 +46,8 @@ def build_model(spec: ModelSpec, superelement: Superelement | None = None, reduc
 
     reduced=False keeps every coordinate of the APA: slow, to test the reduction. The list `spec.effects` is not
     applied here. Raises ModelError."""
-    values = _values(spec)
+    parts = () if spec.encoder is None else ("encoder",)
+    values = off_values("amplifier", "bench", *parts) | spec.values
     in_range(values)
     check_elements(values)
     apa, matrices = _apa(spec, superelement, reduced)
@@ -126,11 +127,6 @@ def file_nodes(spec: ModelSpec) -> Nodes:
     n = spec.apa.nodes
     (s1, s2), (a1, a2) = n.sensor, n.actuator
     return Nodes(n.bottom - 1, n.top - 1, (s1 - 1, s2 - 1), (a1 - 1, a2 - 1))
-
-
-def _values(spec: ModelSpec) -> dict[str, float]:
-    """Return all parameters; omitted ones have the value at which they have no effect."""
-    return off_values("amplifier", "bench", *([] if spec.encoder is None else ["encoder"])) | spec.values
 
 
 def _apa(spec: ModelSpec, s: Superelement | None, reduced: bool) -> tuple[Callable[[Values], ApaBody], bytes]:

@@ -26,6 +26,26 @@ class UnidentifiedElement:
     poles: tuple[Pair, ...]
     zeros: tuple[Pair, ...]
 
+    @classmethod
+    def of_entry(cls, given: Mapping[str, object], where: str) -> "UnidentifiedElement":
+        """Return the element of an entry of a model file. Raises ModelError with key, value and expectation."""
+        channel, gain = given.get("channel"), given.get("gain")
+        if channel not in ("Vs", "de", "da"):
+            raise ModelError(f"{where}: channel is {channel!r}; expected Vs, de or da")
+        if not _number(gain) or not float(gain) > 0.0:  # type: ignore[arg-type]
+            raise ModelError(f"{where}: gain is {gain!r}; expected a number above 0")
+        unknown = given.keys() - {"channel", "gain", "poles", "zeros", "covariance"}
+        if unknown:
+            raise ModelError(
+                f"{where}: unknown {', '.join(sorted(unknown))} (known: channel, gain, poles, zeros, covariance)"
+            )
+        poles, zeros = _pairs(given.get("poles"), f"{where}: poles"), _pairs(given.get("zeros"), f"{where}: zeros")
+        if len(poles) != len(zeros):
+            raise ModelError(f"{where}: {len(poles)} poles and {len(zeros)} zeros; expected as many of each")
+        if not all(0.0 < ratio < 1.0 for _, ratio in poles):
+            raise ModelError(f"{where}: a damping ratio of a pole is not above 0 and below 1: it would not be stable")
+        return cls(str(channel), float(gain), poles, zeros)  # type: ignore[arg-type]
+
     def factor(self, f: Array) -> Complex:
         """Return the factor (F,) at f (F,) [Hz]."""
         out = np.full(f.shape, self.gain, dtype=complex)
@@ -66,26 +86,6 @@ def factor(values: Mapping[str, float], channel: str, f: Array) -> Complex | flo
     """Return the factor (F,) by which a channel is multiplied; one if a model has no such element."""
     found = element_of(values, channel)
     return 1.0 if found is None else found.factor(f)
-
-
-def unidentified_element(given: Mapping[str, object], where: str) -> UnidentifiedElement:
-    """Return the element of an entry of a model file. Raises ModelError with key, value and expectation."""
-    channel, gain = given.get("channel"), given.get("gain")
-    if channel not in ("Vs", "de", "da"):
-        raise ModelError(f"{where}: channel is {channel!r}; expected Vs, de or da")
-    if not _number(gain) or not float(gain) > 0.0:  # type: ignore[arg-type]
-        raise ModelError(f"{where}: gain is {gain!r}; expected a number above 0")
-    unknown = given.keys() - {"channel", "gain", "poles", "zeros", "covariance"}
-    if unknown:
-        raise ModelError(
-            f"{where}: unknown {', '.join(sorted(unknown))} (known: channel, gain, poles, zeros, covariance)"
-        )
-    poles, zeros = _pairs(given.get("poles"), f"{where}: poles"), _pairs(given.get("zeros"), f"{where}: zeros")
-    if len(poles) != len(zeros):
-        raise ModelError(f"{where}: {len(poles)} poles and {len(zeros)} zeros; expected as many of each")
-    if not all(0.0 < ratio < 1.0 for _, ratio in poles):
-        raise ModelError(f"{where}: a damping ratio of a pole is not above 0 and below 1: it would not be stable")
-    return UnidentifiedElement(str(channel), float(gain), poles, zeros)  # type: ignore[arg-type]
 
 
 def _pairs(given: object, where: str) -> tuple[Pair, ...]:

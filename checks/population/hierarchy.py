@@ -108,7 +108,8 @@ def learn(precision: Array, pull: Array, prior: Prior) -> Batch:
     for _ in range(STEPS):
         given = _Likelihoods(P, h, sizes.bias, weights / sizes.scatter**2)
         square = given.square()
-        weights = _weights(square / sizes.scatter**2, prior.nu)
+        nu, distance = prior.nu, square / sizes.scatter**2  # expected, in scatters, squared
+        weights = np.ones_like(distance) if np.isinf(nu) else (nu + 1.0) / (nu + distance)  # under t tails
         change = sizes.fit(weights * square, given)
         if change < SETTLED:
             converged = True
@@ -196,11 +197,6 @@ def _inverses(stack: Array) -> Array:
     both = size[:, :, None] * size[:, None, :]
     inverse = np.linalg.inv(stack * both) * both
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
-
-
-def _weights(square: Array, nu: float) -> Array:
-    """Return the weight of an observation under t tails; square: its expected distance in scatters, squared."""
-    return np.ones_like(square) if np.isinf(nu) else (nu + 1.0) / (nu + square)
 
 
 @cache

@@ -97,6 +97,20 @@ class Population:
     covered: tuple[int, int]
     bench: LearnedBench | None
 
+    @classmethod
+    def of_units(cls, units: Sequence[UnitOfBatch], model: Model, say: Say, steps: Progress) -> "Population":
+        """Fit every unit, learn bench and batch, judge each unit by the others. model: as its file describes it. Raises
+        ModelError if it has no uncertain value, NothingLearned if no unit can be fitted at all."""
+        if not model.sds:
+            raise ModelError(f"{model.name}: no value has an sd, so there is nothing to learn")
+        fitted = fit_all([replace(u, model=alone(u.model)) for u in units], say, steps)
+        if not any(f.G for f in fitted.fits):
+            raise NothingLearned(
+                f"no values of {model.name} come near the responses of any of {len(units)} units: the model is of "
+                "another kind of unit, or its priors are too narrow for these"
+            )
+        return population_of_fits(fitted, alone(model), steps)
+
     @property
     def determined(self) -> tuple[Array, tuple[tuple[int, int, float], ...]]:
         """Return how much of its prior's sd is left of each mean (p,), and the pairs that are not told apart."""
@@ -107,20 +121,6 @@ class Population:
         """Return whether enough units belong to call it a batch."""
         belong = sum(j.belongs for j in self.judged)
         return self.batch.converged and belong >= max(FEWEST, HOLDS * len(self.judged))
-
-
-def learn_population(units: Sequence[UnitOfBatch], model: Model, say: Say, steps: Progress) -> Population:
-    """Fit every unit, learn bench and batch, judge each unit by the others. model: as its file describes it. Raises
-    ModelError if it has no uncertain value, NothingLearned if no unit can be fitted at all."""
-    if not model.sds:
-        raise ModelError(f"{model.name}: no value has an sd, so there is nothing to learn")
-    fitted = fit_all([replace(u, model=alone(u.model)) for u in units], say, steps)
-    if not any(f.G for f in fitted.fits):
-        raise NothingLearned(
-            f"no values of {model.name} come near the responses of any of {len(units)} units: the model is of "
-            "another kind of unit, or its priors are too narrow for these"
-        )
-    return population_of_fits(fitted, alone(model), steps)
 
 
 def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Population:
@@ -135,8 +135,10 @@ def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Po
     belongs = np.array([f.fits for f in fits])
     while True:
         batches = _batches(precision, pull, prior, belongs)
-        # by what it is made of: a misaligned unit belongs
-        found = [compare(P, h, _aligned_anyhow(b, names)) for P, h, b in zip(precision, pull, batches, strict=True)]
+        # by what it is made of: a unit that is misaligned by anything belongs
+        scatters = ([OFFSETS.get(n, s) for n, s in zip(names, b.scatter, strict=True)] for b in batches)
+        made = (replace(b, scatter=np.array(scatter)) for b, scatter in zip(batches, scatters, strict=True))
+        found = [compare(P, h, b) for P, h, b in zip(precision, pull, made, strict=True)]
         strange = np.array([min(b.p_all, b.p_worst) < STRANGE for b in found])
         if not (belongs & strange).any() or np.sum(belongs & ~strange) < FEWEST:
             break
@@ -224,11 +226,6 @@ def _with_few_offsets(batch: Batch, names: Sequence[str]) -> Batch:
     wide = float(stats.t.ppf(0.975, len(batch.units))) / TWO_SIDED_95
     wider = np.array([wide if n in OFFSETS else 1.0 for n in names])
     return replace(batch, scatter=batch.scatter * wider, mean_cov=batch.mean_cov * np.outer(wider, wider))
-
-
-def _aligned_anyhow(batch: Batch, names: Sequence[str]) -> Batch:
-    """Return the batch whose units may be misaligned by anything."""
-    return replace(batch, scatter=np.array([OFFSETS.get(n, s) for n, s in zip(names, batch.scatter, strict=True)]))
 
 
 def _batches(precision: Array, pull: Array, prior: Prior, belongs: Array) -> list[Batch]:

@@ -1,6 +1,6 @@
 """Signals: responses of records and of hammers, resonances, excitations, disturbances; no check and no model.
 
-    (low,) = estimate_responses([record], EstimatorSettings(f_lo=20.0, f_hi=500.0))  # the drive is "Va"
+    (low,) = RecordResponse.of_records([record], EstimatorSettings(f_lo=20.0, f_hi=500.0))  # the drive is "Va"
     low.frf.f, low.frf.H, low.frf.coherence, low.frf.var  # (F,) [Hz], (F, C) over the drive
     low.resonances["de"].f_Hz, low.resonances["de"].U_Hz  # k = 2
     bode(low.frf, low.ratios)  # panels to draw
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from checks.signals.disturbances import disturbance_notes
     from checks.signals.drive.excitation import Excitation, ExcitationError, Rig
     from checks.signals.drive.excitation_panels import excitation_panels
-    from checks.signals.drive.shapes import Notch, amplitude_shape, notch_of_record
+    from checks.signals.drive.shapes import Notch, amplitude_shape
     from checks.signals.impact.hammer_response import HammerTestResponse, hammer_response
     from checks.signals.impact.impacts import ImpactRules
     from checks.signals.integration import integrated
     from checks.signals.interpolation import error_notes
-    from checks.signals.mode_shifts import ModeShift, find_mode_shifts
-    from checks.signals.record_response import Estimator, EstimatorSettings, RecordResponse, estimate_responses
-    from checks.signals.sketch import Sketch, sketch_key
+    from checks.signals.mode_shifts import ModeShift
+    from checks.signals.record_response import Estimator, EstimatorSettings, RecordResponse
+    from checks.signals.sketch import Sketch
     from checks.signals.spectral.bode import bode
     from checks.signals.spectral.conjugate import conjugate_resonances
     from checks.signals.spectral.frf import Frf

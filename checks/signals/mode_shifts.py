@@ -23,25 +23,25 @@ class ModeShift:
     f_Hz: float
     to_Hz: float
 
+    @classmethod
+    def between(
+        cls, first: Record, second: Record, channel: str, f: Array, up_to_Hz: float, drive: str = "Va"
+    ) -> "tuple[ModeShift, ...]":
+        """Return the modes of a channel that moved from one record to another: the strongest of each band, if it is the
+        same mode in both and its frequencies differ beyond their uncertainties. f: frequencies [Hz] at which the
+        records differ; other bands, and those that end above up_to_Hz, are not looked at."""
+        bands = [(lo, hi) for lo, hi in MODE_BANDS_Hz if hi <= up_to_Hz and ((f >= lo) & (f <= hi)).any()]
+        both = [Transforms.of(record, drive, (channel,)) for record in (first, second)] if bands else []
+        found = []
+        for lo, hi in bands:
+            a, b = (find(each.window(lo, hi, channel), lo, hi) for each in both)
+            if a is not None and b is not None and _moved(a, b):
+                found.append(cls(a.f_Hz, b.f_Hz))
+        return tuple(found)
+
     @property
     def relative(self) -> float:
         return self.to_Hz / self.f_Hz - 1.0
-
-
-def find_mode_shifts(
-    first: Record, second: Record, channel: str, f: Array, up_to_Hz: float, drive: str = "Va"
-) -> tuple[ModeShift, ...]:
-    """Return the modes of a channel that moved from one record to another: the strongest of each band, if it is the
-    same mode in both and its frequencies differ beyond their uncertainties. f: frequencies [Hz] at which the records
-    differ; other bands, and those that end above up_to_Hz, are not looked at."""
-    bands = [(lo, hi) for lo, hi in MODE_BANDS_Hz if hi <= up_to_Hz and ((f >= lo) & (f <= hi)).any()]
-    both = [Transforms.of(record, drive, (channel,)) for record in (first, second)] if bands else []
-    found = []
-    for lo, hi in bands:
-        a, b = (find(each.window(lo, hi, channel), lo, hi) for each in both)
-        if a is not None and b is not None and _moved(a, b):
-            found.append(ModeShift(a.f_Hz, b.f_Hz))
-    return tuple(found)
 
 
 def _moved(a: Resonance, b: Resonance) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
 
@@ -57,6 +58,31 @@ class RecordResponse:
     resonances: dict[str, Resonance]
     faults: tuple[Reason, ...] = field(default=(), kw_only=True)
 
+    @classmethod
+    def of_records(cls, records: Sequence[Record], wanted: EstimatorSettings) -> list[Self]:
+        """Estimate the response of each record, or one of two records merged.
+
+        Raises RecordError if it cannot be estimated."""
+        found = [_estimate(record, wanted) for record in records]
+        if wanted.merge_Hz is None:
+            return [cls._of((r,), f, wanted) for r, f in zip(records, found, strict=True)]
+        if len(records) != 2:
+            raise RecordError(f"--merge-Hz joins two records, low and high; {len(records)} given")
+        try:
+            both = merge(found[0], found[1], wanted.merge_Hz)
+        except ValueError as e:
+            raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
+        return [cls._of(tuple(records), both.cut(wanted.f_lo, wanted.f_hi), wanted)]
+
+    @classmethod
+    def _of(cls, records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> Self:
+        faults = tuple(_faults(records, wanted.input))
+        notes = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
+        frf = replace(frf, notes=(*frf.notes, *notes))
+        units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
+        poles = {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))}
+        return cls(records, frf, units, poles, faults=faults)
+
     @property
     def title(self) -> str:
         """Return the names of the records."""
@@ -72,22 +98,6 @@ class RecordResponse:
         """Return the unit of each channel over that of the input, "" if either is unknown."""
         per = self.units.get(self.frf.input, "")
         return {c: f"{self.units[c]}/{per}" if self.units[c] and per else "" for c in self.frf.channels}
-
-
-def estimate_responses(records: Sequence[Record], wanted: EstimatorSettings) -> list[RecordResponse]:
-    """Estimate the response of each record, or one of two records merged.
-
-    Raises RecordError if it cannot be estimated."""
-    found = [_estimate(record, wanted) for record in records]
-    if wanted.merge_Hz is None:
-        return [_response((r,), f, wanted) for r, f in zip(records, found, strict=True)]
-    if len(records) != 2:
-        raise RecordError(f"--merge-Hz joins two records, low and high; {len(records)} given")
-    try:
-        both = merge(found[0], found[1], wanted.merge_Hz)
-    except ValueError as e:
-        raise RecordError(f"{records[0].name} and {records[1].name}: {e}") from e
-    return [_response(tuple(records), both.cut(wanted.f_lo, wanted.f_hi), wanted)]
 
 
 def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:
@@ -113,15 +123,6 @@ def _estimate(record: Record, wanted: EstimatorSettings) -> Frf:
         return frf if wanted.merge_Hz is not None else frf.cut(wanted.f_lo, wanted.f_hi)
     except ValueError as e:
         raise RecordError(f"{record.name}: {e}") from e
-
-
-def _response(records: tuple[Record, ...], frf: Frf, wanted: EstimatorSettings) -> RecordResponse:
-    faults = tuple(_faults(records, wanted.input))
-    notes = [str(r if len(records) > 1 else replace(r, file="")) for r in faults]  # the title names a single record
-    frf = replace(frf, notes=(*frf.notes, *notes))
-    units = {name: records[0].units.get(name, "") for name in (wanted.input, *frf.channels)}
-    poles = {c: r for c in frf.channels if (r := _pole(records, frf, c, wanted))}
-    return RecordResponse(records, frf, units, poles, faults=faults)
 
 
 def _faults(records: Sequence[Record], input: str) -> list[Reason]:

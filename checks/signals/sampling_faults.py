@@ -79,15 +79,13 @@ def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = 
 
     Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
-    there = tuple(c for c in outputs if c in record.channels and not _stands_still(c, record[c]))
-    key = " ".join((drive, *there))
+    there = [(c, record[c]) for c in outputs if c in record.channels]
+    # the whole is sorted only if its start stands still
+    moves = tuple(c for c, x in there if not (dead(c, x[:STARTS_WITH]) and dead(c, x)))
+    key = " ".join((drive, *moves))
     if key not in cached:
-        cached[key] = _faults(record, drive, there) if drive in record.channels else ()
+        cached[key] = _faults(record, drive, moves) if drive in record.channels else ()
     return cached[key]
-
-
-def _stands_still(channel: str, x: Array) -> bool:
-    return bool(dead(channel, x[:STARTS_WITH]) and dead(channel, x))  # the whole is sorted only if its start is
 
 
 def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason, ...]:

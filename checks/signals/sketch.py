@@ -122,7 +122,12 @@ class Sketch:
         found += [b"swing %d" % one for one in self.swings[:SWING_KEYS]]
         found += [b"swing %d" % one for half in self.halves for one in half[:HALF_KEYS]]
         found += [b"noise %d" % one for noise in self.noise for one in noise[:COMMON_NOISE]]
-        return [sketch_key(one) for one in found]
+        return [self.key(one) for one in found]
+
+    @staticmethod
+    def key(content: bytes) -> int:
+        """Return the key of a text for an index: 63 bits of its SHA-256."""
+        return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
     def same(self, other: "Sketch") -> bool:
         """Return whether both have the same samples, or one channel is a part of the other, or its every second
@@ -169,11 +174,6 @@ class Sketch:
     def hash_sets(self) -> tuple[frozenset[int], ...]:
         """Return the hashes of its swings, of those of either half, and of its noise by stride."""
         return tuple(frozenset(one.tolist()) for one in (self.swings, *self.halves, *self.noise))
-
-
-def sketch_key(content: bytes) -> int:
-    """Return the key of a text for an index: 63 bits of its SHA-256."""
-    return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
 
 def _share(one: frozenset[int], other: frozenset[int]) -> bool:

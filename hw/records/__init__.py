@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hw.records.contents.variable import Remarked
     from hw.records.limits import DEFAULT_LIMITS, ReadLimits
     from hw.records.reader import declared_samples, read, record_by_input, record_of
-    from hw.records.responses import Content, ResponseFile, content_of, read_response_file
+    from hw.records.responses import Content, ResponseFile, read_response_file
     from hw.records.source import Source, load_bytes
     from hw.records.tables import list_channels, read_table, table_of
     from hw.records.text.file import read_text

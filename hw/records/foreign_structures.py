@@ -28,7 +28,8 @@ _TIME_RECORD = re.compile(r"X_?(\d+)")
 def expand(file: str, found: Variables) -> dict[str, Variable]:
     """Return every vector, number and text that a file holds: of structures as `outer.inner`, of matrices as `name[1]`,
     of an analyser its time records. Raises RecordError if two vectors have one name, because it is then ambiguous."""
-    records = {name: v for name, v in found.items() if _TIME_RECORD.fullmatch(name) and _is_pair(v)}
+    pairs = {n: v for n, v in found.items() if v.kind in NUMBERS and v.shape[1:] == (2,) and v.shape[0] > 2}
+    records = {name: v for name, v in pairs.items() if _TIME_RECORD.fullmatch(name)}
     out: dict[str, Variable] = {}
     vectors = samples = 0
     for v in _of_analyser(found, records) if records else _all_vectors(found):
@@ -48,10 +49,6 @@ def _all_vectors(found: Variables) -> Iterator[Variable]:
             yield from _vectors(name, v.inner(), "")
         else:
             yield v
-
-
-def _is_pair(v: Variable) -> bool:
-    return v.kind in NUMBERS and len(v.shape) == 2 and v.shape[1] == 2 and v.shape[0] > 2
 
 
 def _of_analyser(found: Variables, records: Variables) -> Iterator[Variable]:

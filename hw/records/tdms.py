@@ -81,7 +81,7 @@ def _variable(file: str, raw: bytes, found: Any, channel: Any, name: str, first:
         with TdmsFile.open(io.BytesIO(raw)) as again:
             return np.asarray(again[group][own][:], np.float64).ravel()
 
-    if _is_date(channel):  # a column of dates is a time vector
+    if getattr(channel.data_type, "__name__", "") == "TimeStamp":  # a column of dates is a time vector
         return Variable(name, shape, "double", lambda: _dates(raw, group, own), "s")
     if not problem and channel.dtype.kind not in "iuf":
         return Variable(name, shape, f"TDMS {channel.dtype}")
@@ -129,10 +129,6 @@ def _scale_problem(channel: Any, levels: tuple[Any, ...]) -> str:
     except (LookupError, ValueError) as e:
         return f"states a scale that cannot be read ({e}); {_EXPORT}"
     return ""
-
-
-def _is_date(channel: Any) -> bool:
-    return getattr(channel.data_type, "__name__", "") == "TimeStamp"
 
 
 def _dates(raw: bytes, group: str, name: str) -> Array:

@@ -4,7 +4,6 @@ real and imaginary parts and as MATLAB structs whose fields are those of `frd` a
 import io
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,16 +42,6 @@ def csv_bytes(mapping: Mapping[str, ArrayLike]) -> bytes:
     rows = zip(*(c.tolist() for c in columns), strict=True)
     lines = [",".join(mapping), *(",".join(map(repr, row)) for row in rows)]
     return ("\n".join(lines) + "\n").encode("ascii")
-
-
-def write_mat(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
-    """Write `mat_bytes` into a file. Raises ValueError, and OSError if it cannot be written."""
-    path.write_bytes(mat_bytes(mapping))
-
-
-def write_csv(path: Path, mapping: Mapping[str, ArrayLike]) -> None:
-    """Write `csv_bytes` into a file. Raises ValueError, and OSError if it cannot be written."""
-    path.write_bytes(csv_bytes(mapping))
 
 
 def _real(name: str, values: ArrayLike) -> np.ndarray:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from checks.acceptance import CHECKS
 from specs.spec import builtin, load
 from specs.strict import SpecError

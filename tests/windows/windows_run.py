@@ -52,7 +52,7 @@ def import_all() -> None:
 def workflow(folder: Path) -> None:
     """A unit from its first entry to a certificate that verifies."""
     from accept.base.home import home
-    from accept.judging.judge_unit import load_spec
+    from accept.judging import load_spec
     from accept.store import open_store
     from accept.workflow import certify
     from checks.declare import Measured
@@ -69,7 +69,7 @@ def workflow(folder: Path) -> None:
             ("stiffness", "k_N_per_um", 1.75),
         ):
             session.entries.take(step, session.step(step).check.inputs[name], Measured(value))
-        certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+        certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
         assert judge_whole_unit(session).verdict == "accepted"
         assert certify.Signing(session).sign("correct horse").valid
         session.close()

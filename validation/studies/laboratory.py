@@ -16,7 +16,7 @@ from typing import Any
 
 from accept.analysis.misalignment import as_document, estimate_or_reason
 from accept.fleet.population.bench import latencies
-from accept.fleet.population.learn import learn_population, measured_units
+from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import document, write_population
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model_file
@@ -34,7 +34,7 @@ def learned_without(data: Path, serial: str, out: Path) -> tuple[Path, dict[str,
         mates = sorted(p for p in data.glob(f"{serial[0]}-*") if p.name != serial)
         given = open_model_file(write_model(SETS["scatter-1"], out / "start"))
         begun = time.process_time()
-        found = learn_population(measured_units(mates, given), given, lambda _: None)
+        found = learn(measured_units(mates, given), given, lambda _: None)
         place.parent.mkdir(parents=True, exist_ok=True)
         write_population(place, found)
         answer = document(found) | {

@@ -185,7 +185,6 @@ class DaskWorkers:
         return f" ({len(self._others)} run another one; update them)" if self._others else " (there is none at all)"
 
     def _reconnected(self) -> None:
-        """Wait until the scheduler is back. Raises ClusterError."""
         self._say(f"{self._where}: the scheduler was lost; what had not come back is handed in again")
         deadline = time.monotonic() + AWAY_S
         self.close()

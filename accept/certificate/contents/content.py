@@ -12,14 +12,7 @@ from typing import Any
 from accept.base import version
 from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
-from accept.base.documents.manifest import (
-    MODEL_FOLDER,
-    AttachedSpec,
-    InputFile,
-    JudgingProgram,
-    Manifest,
-    ModelFiles,
-)
+from accept.base.documents.manifest import MODEL_FOLDER, AttachedSpec, InputFile, JudgingProgram, Manifest, ModelFiles
 from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.contents.provenance import Provenance

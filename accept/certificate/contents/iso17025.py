@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from accept.base.atomic_files import UNIT_FILE
 from accept.certificate.contents.laboratory import LABORATORY_FILE, Laboratory, method_of
-from accept.units.unit_folder import UnitFolder
+from accept.units import UnitFolder
 from specs.spec import Spec
 
 OF_LABORATORY = {  # clause, what, key of laboratory.toml

@@ -10,6 +10,7 @@ from reportlab.lib.units import mm
 from reportlab.lib.utils import ImageReader
 from reportlab.platypus import Flowable, Image, KeepTogether, Paragraph, Spacer, Table, TableStyle
 
+from accept import units
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.statements import statements
 from accept.certificate.page.clauses import (
@@ -22,12 +23,11 @@ from accept.certificate.page.clauses import (
     rule_words,
 )
 from accept.judging.advice import stored_advice
-from accept.judging.decisions import stated_words
 from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
-from accept.units import folder_header
+from accept.store.decisions import stated_words
 from checks.acceptance import CHECKS
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
@@ -143,7 +143,7 @@ def remarks(contents: CertificateContent) -> list[Flowable]:
 
 def pictures(contents: CertificateContent) -> list[Flowable]:
     """Return the pictures that notes have on the certificate, each with its step, its name and its hash."""
-    chosen = folder_header.by_check(contents.unit_file, "pictures", [])
+    chosen = units.by_check(contents.unit_file, "pictures", [])
     named = [(step, name) for step, names in chosen.items() for name in names]
     story: list[Flowable] = []
     for step, name in named:

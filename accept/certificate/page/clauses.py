@@ -4,12 +4,12 @@ known."""
 from collections.abc import Mapping
 from typing import Any
 
+from accept import units
 from accept.base.atomic_files import UNIT_FILE
 from accept.base.names import shown_name
 from accept.certificate.contents.content import CertificateContent
+from accept.judging import section_read_by
 from accept.pictures.labels import check_label, input_words, stated_inputs
-from accept.units import folder_header
-from accept.units.samples import section_read_by
 from checks.verdict import RULES
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
@@ -22,7 +22,7 @@ def operator_words(contents: CertificateContent) -> str:
     """Return who signs and, if others measured the unit, who they are, whose names are typed: of several, the notes
     name them step by step."""
     signs = contents.operator or "not named"
-    by_check = folder_header.by_check(contents.unit_file, "measured_by", [])
+    by_check = units.by_check(contents.unit_file, "measured_by", [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))
     if {name.casefold() for name in people} <= {signs.casefold()}:
         return signs
@@ -52,7 +52,7 @@ def entered_words(contents: CertificateContent) -> str:
     sections = contents.unit_file
     entered: dict[str, str] = {}
     read: dict[str, str] = {}
-    read_with = folder_header.by_check(sections, "read_with", [])
+    read_with = units.by_check(sections, "read_with", [])
     for check in dict.fromkeys(f["check"] for f in contents.result["findings"] if f["value"] is not None):
         section = sections.get(section_read_by(check), {})
         texts = [text for value in section.values() for text in (value if isinstance(value, list) else [value])]

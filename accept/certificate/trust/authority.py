@@ -9,8 +9,10 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from cryptography.x509.oid import NameOID
 
-from accept.judging.decisions import attribute
-from accept.judging.decisions import issued_by as issued_by  # of certificates, for all that are of trust
+from accept.store.key_certificates import issued_by as issued_by
+from accept.store.key_certificates import person_of as person_of
+from accept.store.key_certificates import promises_list as promises_list
+from accept.store.key_certificates import role_of as role_of
 
 ORGANISATION = "accept bench"
 TECHNICIAN, QA, BENCH = "technician", "qa", "bench"  # roles on certificates
@@ -66,25 +68,9 @@ def is_demo(ca: x509.Certificate) -> bool:
     return role_of(ca) == _DEMO
 
 
-def promises_list(ca: x509.Certificate) -> bool:
-    """Return whether an authority has had a list of revoked keys from its beginning. Those of earlier versions wrote
-    one with the first key that they revoked."""
-    return any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in ca.extensions)
-
-
 def subject(person: str, role: str) -> x509.Name:
     """Return the name of a person in a role, as certificates state it."""
     return _name(person, role)
-
-
-def person_of(certificate: x509.Certificate) -> str:
-    """Return the name of the person on a certificate."""
-    return attribute(certificate, NameOID.COMMON_NAME)
-
-
-def role_of(certificate: x509.Certificate) -> str:
-    """Return the role on a certificate: its subject's organisational unit."""
-    return attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
 
 
 def public_of(certificate: x509.Certificate) -> str | None:

@@ -19,9 +19,10 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from accept.base.atomic_files import write_atomic
 from accept.certificate.trust import keys
 from accept.certificate.trust.commissioned import as_bytes, claim_of, signer_of, words_of
-from accept.judging.calibration import References, Statement, statement
+from accept.judging import References, Statement, statement
 from specs.bench import OFFLINE, BenchFile, InstrumentEntry
 from specs.files import json_of
 from specs.spec import CheckSpec
@@ -41,6 +42,16 @@ def subject(entry: InstrumentEntry) -> str:
     what = entry.model_dump(mode="json", include={"driver", "model", "serial", "link", "settings"})
     what["link"] = {key: value for key, value in (what["link"] or {}).items() if key != "port"}
     return hashlib.sha256(as_bytes(what)).hexdigest()
+
+
+def write_commissioning(
+    bench: BenchFile, name: str, found: Mapping[str, Any], credential: keys.Credential | None
+) -> Path:
+    """Write the record of an instrument and return its file. found: at its first run; credential: as `signed`. Raises
+    OSError."""
+    path, record = place(bench, name), {"instrument": name, "subject": subject(bench.instruments[name]), **found}
+    write_atomic(path, signed(record, credential))
+    return path
 
 
 def signed(record: Mapping[str, Any], credential: keys.Credential | None) -> bytes:

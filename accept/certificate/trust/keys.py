@@ -202,6 +202,35 @@ def person_files(home: Path, role: str | None = None) -> Iterator[Path]:
             yield path
 
 
+def persons(home: Path, role: str) -> list[str]:
+    """Return the names of those who have a key in a role at this bench. Raises KeysError."""
+    return [authority.person_of(certificate_of(path)) for path in person_files(home, role)]
+
+
+def list_file(home: Path) -> Path:
+    """Return the file of the keys that the bench's authority revoked."""
+    return folder(home) / revocation.FILE
+
+
+def opens_a_key(home: Path, text: str) -> bool:
+    """Return whether text is the passphrase of a key at this bench: of a person, of quality assurance, of the
+    authority."""
+    boxes = sorted(folder(home).glob("*.key.pem"))
+    return any(_opens(path, typed) for path in boxes for typed in dict.fromkeys((text.strip(), text)))
+
+
+def _opens(path: Path, passphrase: str) -> bool:
+    """Return whether a passphrase opens a key; that of no passphrase, or one that cannot be read, is opened by none."""
+    try:
+        box = read_key_file(path)
+        if b"ENCRYPTED" in box:
+            encrypted_key.unlock(box, passphrase)
+            return True
+    except (KeysError, encrypted_key.LockedError, OSError):
+        pass
+    return False
+
+
 def _chosen(home: Path, role: str, person: str | None) -> Path:
     there = {path: authority.person_of(certificate_of(path)) for path in person_files(home, role)}
     fitting = [path for path, name in there.items() if person is None or same_person(name, person)]

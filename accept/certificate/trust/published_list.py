@@ -29,7 +29,7 @@ from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import stored_lists
 from accept.store import Event, Store, StoreHead
 from accept.store.payloads import KeysRevoked
-from accept.units.attempt_folder import attempt_number
+from accept.units import attempt_number
 from specs.errors import AcceptError
 from specs.files import json_of, read_bounded
 

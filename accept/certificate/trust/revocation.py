@@ -10,7 +10,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from accept.judging.decisions import is_lost
+from accept.store.key_certificates import is_compromised
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
@@ -109,7 +109,7 @@ def parsed(content: bytes, path: str, ca: x509.Certificate) -> RevocationList:
         signed = isinstance(key, ec.EllipticCurvePublicKey) and listed.is_signature_valid(key)
         if not signed:
             raise RevocationError(f"{path}: is not signed by the authority {ca.subject.rfc4514_string()}")
-        entries = tuple(Revoked(one.serial_number, one.revocation_date_utc, is_lost(one)) for one in listed)
+        entries = tuple(Revoked(one.serial_number, one.revocation_date_utc, is_compromised(one)) for one in listed)
         try:
             number = listed.extensions.get_extension_for_class(x509.CRLNumber).value.crl_number
         except x509.ExtensionNotFound:

@@ -13,11 +13,13 @@ from cryptography.hazmat.primitives.serialization import Encoding
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.manifest import hashes as model_hashes
 from accept.certificate.contents.content import canonical
+from accept.certificate.trust import keys
 from accept.certificate.trust.approved_spec import UNREADABLE, UNSIGNED, approval_problem, other_content, uncovered
 from accept.certificate.trust.authority import QA
 from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.models.evidence import evidence_of, named_models
+from specs.errors import AcceptError
 from specs.files import json_of, read_bounded
 from specs.spec import Spec, builtin, load
 
@@ -64,6 +66,15 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
     if ca is not None and (problem := approval_problem(approval, spec.name, spec.sha256, [ca], revoked)):
         return {"reason": problem}
     return approval
+
+
+def approved_at(spec: Spec, home: Path) -> str | None:
+    """Return when quality assurance approved a spec, ISO 8601, None without an approval that holds at this bench."""
+    try:
+        stated = approval_of(spec, home, keys.ca(home), keys.revoked(home))
+    except AcceptError:
+        return None
+    return stated.get("time")
 
 
 def _path(home: Path, sha256: str) -> Path:

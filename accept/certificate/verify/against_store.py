@@ -28,16 +28,20 @@ from accept.certificate.trust.revocation_record import store_is_there, stored_li
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
-from accept.judging.copies import copies_of
-from accept.judging.decisions import words_of
-from accept.judging.folder_name import unconfirmed
-from accept.judging.golden import BenchStopped, check_may_judge
-from accept.judging.nonconformance import RELEASING, standing
-from accept.judging.parts import part_doubts
-from accept.judging.rereadings import rereadings
-from accept.judging.superseded import Approval
-from accept.judging.voids import counted, voids
+from accept.fleet import BenchStopped, check_may_judge
+from accept.judging.reservations import (
+    RELEASING,
+    Approval,
+    copies_of,
+    counted,
+    part_doubts,
+    rereadings,
+    standing,
+    unconfirmed,
+    voids,
+)
 from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, bench_of, fold, open_store
+from accept.store.decisions import words_of
 from accept.store.payloads import (
     CHOICES,
     VOIDED,
@@ -49,7 +53,7 @@ from accept.store.payloads import (
     NonconformanceDecided,
     UnitJudged,
 )
-from accept.units.attempt_folder import attempt_number
+from accept.units import attempt_number
 from checks.verdict import UnitVerdict, Verdict
 from specs.spec import parse
 

@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 
+from accept import units
 from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import MODEL_FOLDER
@@ -31,20 +32,16 @@ from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.structure import read_unknown
 from accept.certificate.verify.verification import Verification, verify_certificate
 from accept.gap import applies
-from accept.judging import judge_unit
-from accept.judging.bench_errors import without_bench_errors
-from accept.judging.consistency import contradictions
-from accept.judging.decisions import in_notes
+from accept.judging import check_spec, contradictions, judge_unit, serial_fits, without_bench_errors
 from accept.judging.reservations import Reservations
 from accept.models.evidence import Models
 from accept.store import head_problem
-from accept.units import unit_folder
-from accept.units.loaded_unit import RESPONSES
-from accept.units.unit_folder import UnitError
+from accept.store.decisions import in_notes
+from accept.units import RESPONSES, UnitError
 from hw.records import DEFAULT_LIMITS
 from specs.files import CERTIFICATE_BYTES, read_bounded
 from specs.spec import parse
-from specs.strict import SpecError, toml_of
+from specs.strict import SpecError
 
 
 def rejudge(attached: CertificateContent) -> UnitRecord:
@@ -62,11 +59,11 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
             raise InvalidCertificate(f"the attached result contradicts itself: {'; '.join(wrong[:3])}")
         with tempfile.TemporaryDirectory(prefix="accept-verify-") as place:
             models = unpack(attached, Path(place))
-            unit = unit_folder.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
+            unit = units.read(Path(place), latest=date.max)  # a slow clock says nothing about the unit
             if own:
-                judge_unit.check_spec(spec, "the attached spec")
-                judge_unit.serial_fits(unit, spec)
-            again = judge_unit.judge_unit(unit, spec, entry.calibration, models, own=own)
+                check_spec(spec, "the attached spec")
+                serial_fits(unit, spec)
+            again = judge_unit(unit, spec, entry.calibration, models, own=own)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
             if own:
                 again, reservations = without_bench_errors(again), reservations.with_notes(unit.notes)
@@ -102,9 +99,7 @@ def ports(judge: Rejudge | None = None) -> Ports:
 
 def read_unit(text: bytes) -> AttachedUnit:
     """Read an attached `unit.toml`. Raises UnitError, ValueError."""
-    if len(text) > unit_folder.MAX_UNIT_TOML_BYTES:
-        raise ValueError(f"it has {len(text)} bytes, at most {unit_folder.MAX_UNIT_TOML_BYTES} are read")
-    unit = unit_folder.parse(Path(), text, toml_of(text))
+    unit = units.parsed(text)
     records = {name: list(section.files) for name, section in unit.sections.items()}
     for each in unit.experiments.values():  # the responses are compared with theirs
         records.setdefault(RESPONSES, []).extend(each.files)
@@ -113,7 +108,7 @@ def read_unit(text: bytes) -> AttachedUnit:
 
 def read_record(folder: Path, name: str) -> bytes:
     """Return a file of a unit folder. Raises RecordError if the name leads out of it, OSError."""
-    return read_bounded(unit_folder.inside(folder, name), DEFAULT_LIMITS.max_bytes)
+    return read_bounded(units.inside(folder, name), DEFAULT_LIMITS.max_bytes)
 
 
 def sign_again(pdf: bytes, signed: Signed, ca: x509.Certificate, kept: RevocationData, simulated: bool) -> bytes:

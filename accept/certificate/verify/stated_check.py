@@ -27,7 +27,7 @@ from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.statements import unlisted
-from accept.judging.decisions import DISPOSITION, decision_problem, recording_party, signed_content
+from accept.store.decisions import DISPOSITION, decision_problem, recording_party, signed_content
 from accept.store.payloads import CopiesResolved, NonconformanceDecided, SignedBy
 from checks.acceptance import CHECKS
 from specs.spec import parse

@@ -27,8 +27,8 @@ from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
 from accept.certificate.verify.structure import read_unknown
-from accept.judging.decisions import stated_words
 from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words
+from accept.store.decisions import stated_words
 from checks.verdict import UnitVerdict
 from specs import plugins
 

@@ -7,11 +7,10 @@ from typing import Annotated
 
 from typer import Argument
 
-from accept.base.atomic_files import write_atomic
 from accept.base.console import operator_name, say
 from accept.base.exit_codes import Exit
 from accept.base.home import home
-from accept.certificate.trust import authority, commissioning, keys
+from accept.certificate import trust
 from accept.commands.answer import Answer, Remark, command, refusal
 from accept.commands.bench.hw import Bench, Measurer, ask_at_terminal, bench_path, value_words
 from accept.commands.trust.bench_keys import passphrase_of
@@ -42,7 +41,7 @@ def commission(
 ) -> Answer:
     """Commission a real instrument. Asks for changes at its panel, writes a signed record beside the bench file."""
     file = load_bench(bench_path(bench))
-    if name not in file.instruments or file.instruments[name].driver in commissioning.WITHOUT_WIRE:
+    if name not in file.instruments or file.instruments[name].driver in trust.WITHOUT_WIRE:
         return refusal(f"{file.path} has no instrument {name!r} on a wire")
     entry = file.instruments[name]
     driver = DRIVERS.get(entry.driver)
@@ -54,8 +53,6 @@ def commission(
         return refusal(e, Exit.INSTRUMENT)
     passed = bool(outcomes) and all(outcome.passed for outcome in outcomes)
     record = {
-        "instrument": name,
-        "subject": commissioning.subject(entry),
         "model": entry.model,
         "serial": entry.serial,
         "on": datetime.now(UTC).date().isoformat(),
@@ -65,17 +62,16 @@ def commission(
         "transcript": transcript,
     }
     credential = _credential()
-    place = commissioning.place(file, name)
-    write_atomic(place, commissioning.signed(record, credential))
+    place = trust.write_commissioning(file, name, record, credential)
     unsigned = "" if credential else "; unsigned, so it counts as unproven"
     words = f"{place}: {'passed' if passed else 'did not pass'}{unsigned}"
     return Answer(Remark(words), exit=Exit.ACCEPTED if passed else Exit.INSTRUMENT)
 
 
-def _credential() -> keys.Credential | None:
+def _credential() -> trust.Credential | None:
     try:
-        return keys.unlock(home(), authority.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
-    except keys.KeysError as e:
+        return trust.unlock(home(), trust.TECHNICIAN, passphrase_of(None, "Passphrase of the technician's key: "))
+    except trust.KeysError as e:
         say(f"not signed: {e}")
         return None
 

@@ -24,8 +24,7 @@ from accept.commands.answer import PLAIN, Answer, File, Remark, command, first_o
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
-from accept.units import toml_edit
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import UNIT_FILE, toml_edit
 from accept.workflow.capture import measure_folder
 from accept.workflow.instruments.hardware import BenchInstrument, BenchRecorder, open_bench_recorder
 from checks.errors import RecordError
@@ -147,7 +146,8 @@ def ask(
     if problems:
         return Answer(*(Remark(f"accept: {file.path}: {words}") for words in problems), exit=Exit.BAD_INPUT)
     asked = [_answer_of(name, entry) for name, entry in chosen.items()]
-    rows = ((one.name, _identity_words(one), _reading_words(one), *_seconds(one)) for one in asked)
+    times = (["-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s)] for one in asked)
+    rows = ((one.name, _identity_words(one), _reading_words(one), *t) for one, t in zip(asked, times, strict=True))
     failed = [Remark(one.problem) for one in asked if one.problem]
     return Answer(
         File(json, InstrumentsAsked(str(file.path), tuple(asked))),
@@ -186,10 +186,6 @@ def _identity_words(one: InstrumentAsked) -> str:
     if one.connect_s is None:
         return "no"
     return " ".join(word for word in (one.model, one.serial) if word) or "responds (no identification)"
-
-
-def _seconds(one: InstrumentAsked) -> Iterator[str]:
-    return ("-" if s is None else f"{s:.2f}" for s in (one.connect_s, one.reading_s))
 
 
 def _reading_words(one: InstrumentAsked) -> str:
@@ -236,7 +232,6 @@ def measure(
 
 
 def _serving(bench: BenchFile, section: str) -> BenchInstrument | BenchRecorder:
-    """Return the one recorder or instrument that measures a section. Raises SettingsError."""
     recorders = [n for n, e in bench.recorders.items() if section in e.measures]
     found = [n for n, e in bench.instruments.items() if section in e.measures and e.driver != OFFLINE]
     chosen = recorders or (found if section in RECIPES else [])

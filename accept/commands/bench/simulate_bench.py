@@ -15,13 +15,13 @@ from typing import Annotated
 import tomlkit
 from typer import Option
 
+from accept import units
 from accept.base.console import say, tell
 from accept.commands.answer import Answer, command, refusal
 from accept.simulate.bench_truth import world_of
 from accept.simulate.recorder import INPUTS, MODEL, SERIAL
 from accept.simulate.unit import TRUTH_FILE
 from accept.simulate.unit_request import SHORT_S, UnitRequestError
-from accept.units import unit_folder as units
 from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
 from specs.bench import SIMULATED
 

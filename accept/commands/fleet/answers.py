@@ -15,9 +15,9 @@ from accept.commands.answer import File, Remark, csv_of, first_of, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
+from accept.fleet.golden import not_counted
 from accept.fleet.measurements import GOLDEN, day, is_between
 from accept.fleet.yields import VOID
-from accept.judging.golden import not_counted
 from accept.pictures.labels import label_and_name, label_of
 
 WHOLE = ("serial", "time", "verdict", "unit_verdict")  # columns that are looked for by eye
@@ -96,7 +96,6 @@ def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingPr
 
 
 def _column(name: str) -> Column:
-    """Return a column in which no word of the title is cut."""
     title = TITLES.get(name, name)
     return Column(title, no_wrap=name in WHOLE, min_width=max(map(len, title.split()), default=1))
 

@@ -16,13 +16,12 @@ from accept.commands.fleet.answers import chosen, files, rows
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer, who_acts
-from accept.fleet import gauge
+from accept.fleet import gauge, golden
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import counted, measurements_of, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES
-from accept.judging import golden
 from accept.store import open_store
 
 

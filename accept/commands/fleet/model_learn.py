@@ -17,7 +17,7 @@ from accept.fleet.population.bench import changes_since
 from accept.fleet.population.learn import learn, measured_units
 from accept.fleet.population.report import document, lines, render, write_population
 from accept.models.model_file import default_model, open_model_file
-from accept.units.unit_folder import read
+from accept.units import read
 from checks.population import NothingLearned
 from specs.model import load_model
 from specs.strict import SpecError

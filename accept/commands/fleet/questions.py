@@ -15,10 +15,10 @@ from accept.fleet import history as histories
 from accept.fleet import yields
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import COLUMNS, attempts, digits, held, latest, measurements
-from accept.judging.decisions import words_of
-from accept.judging.nonconformance import standing
+from accept.judging.reservations import standing
 from accept.pictures.labels import label_and_name, label_of
 from accept.store import open_store
+from accept.store.decisions import words_of
 from checks.rounding import rounded
 
 SHOWN = 500  # units on the terminal; the files have all

@@ -15,7 +15,7 @@ from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
 from accept.fleet.measurements import GOLDEN, day, measurements
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
 from specs.plugins import ProductError, product_named

@@ -72,7 +72,6 @@ def trend(
 
 
 def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the alarms of a chart, why it may be none, and its basis."""
     yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     if each.chart is not None:
@@ -100,7 +99,6 @@ def _rules(text: str | None) -> list[int]:
 
 
 def _row(document: Mapping[str, Any]) -> dict[str, object]:
-    """Return a group's line of the table: each index with its 95 % interval."""
 
     def index(name: str) -> str | None:
         value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))

@@ -12,7 +12,7 @@ from typer import Option
 
 from accept.commands.answer import Answer, File, Remark, command, picture, refusal
 from checks.declare import Series
-from checks.signals import Excitation, Notch, Rig, amplitude_shape, excitation_panels, notch_of_record
+from checks.signals import Excitation, Notch, Rig, amplitude_shape, excitation_panels
 from hw.records import csv_bytes, mat_bytes, read
 
 Law = StrEnum("Law", "LOG LINEAR")  # how a sweep's frequency grows
@@ -144,7 +144,7 @@ def parts_of(shaping: Shaping) -> tuple[Notch | None, float | None]:
         raise ValueError("give the notch's frequency or a record to find it in, not both")
     if shaping.notch_from is not None:
         record = read(shaping.notch_from, Series("first", "first record", {"t": "s", "Va": "V", "de": "m"}))
-        usual = notch_of_record(record)
+        usual = Notch.of_record(record)
     elif shaping.notch is not None:
         usual = Notch(shaping.notch, NOTCH_WIDTH * shaping.notch, NOTCH_DEPTH)
     elif shaping.notch_width is not None or shaping.notch_depth is not None:

@@ -34,7 +34,7 @@ from checks.picture import Line, Panel
 from checks.record import Record
 from checks.rounding import fixed, rounded, rounded_U
 from checks.signals import Estimator, EstimatorSettings, Frf, ImpactRules, bode
-from hw.records import Content, content_of
+from hw.records import Content
 from specs.bench import ChannelSource, load_bench
 
 
@@ -183,7 +183,7 @@ def _read(
     try:
         return read_any(path, input, channels, sources.ts, rig is not None)
     except RecordError as e:
-        content = content_of(path, input)
+        content = Content.of(path, input)
         if content is Content.RECORD or only_records or sources.ts is not None:
             raise
         first = e
@@ -321,7 +321,6 @@ def _columns(responses: Sequence[MeasuredResponse]) -> int:
 
 
 def _page(responses: Sequence[MeasuredResponse], of_each: Sequence[Panels]) -> bytes:
-    """Return a page of all panels, by names that do not collide."""
     from accept.pictures.interactive import page
 
     pairs = [(f"{r.title}: " if len(responses) > 1 else "", of) for r, of in zip(responses, of_each, strict=True)]

@@ -20,7 +20,7 @@ from accept.gap import GapJob, are_settled, common, lines
 from accept.models.model_file import default_model
 from accept.pictures.formats import PictureError
 from accept.pictures.interactive import MISSING
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, find, read
+from accept.units import UNIT_FILE, UnitError, UnitFolder, find, read
 from checks.errors import RecordError
 from checks.gap import effect_named
 

@@ -13,7 +13,7 @@ from accept.base.progress import busy
 from accept.commands.answer import Answer, File, Remark, command, picture
 from accept.commands.options import JsonAnswer, Plot
 from accept.gap import data_words
-from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, read
+from accept.units import UNIT_FILE, UnitError, UnitFolder, read
 from checks.cause import Reason
 from checks.misalignment import MisalignmentEstimate, misalignment_panels
 from checks.rounding import fixed

@@ -19,7 +19,7 @@ from accept.models.model_file import OpenedModel, open_model_file
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting import frf_panels
-from checks.model import PUBLISHED_SWEEPS, Model, frequency_and_damping, frequency_grid, state_space, sweep_parameters
+from checks.model import PUBLISHED_SWEEPS, Model, StateSpace, frequency_and_damping, frequency_grid, sweep_parameters
 from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS, unit_of
@@ -128,7 +128,7 @@ def export(
     model: ModelName = "strut",
 ) -> Answer:
     """Write the state space from Va to the channels as a MATLAB file."""
-    found = state_space(open_model_file(model).model)
+    found = StateSpace.of(open_model_file(model).model)
     save_state_space(found, out)
     return Answer(repr(found), Remark(f"{out}: written"))
 

@@ -50,7 +50,6 @@ def run(
 
 
 def _summary(fitted: FittedModel) -> Iterator[str | Table]:
-    """Yield the tables of the parameters and of the gap before and after, and lines about them."""
     fit = fitted.fit
     shown = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
     rows = []

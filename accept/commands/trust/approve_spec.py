@@ -10,7 +10,7 @@ from accept.certificate.trust import spec_approval
 from accept.commands.answer import Answer, command
 from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import qa_credential
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 
 
 @command

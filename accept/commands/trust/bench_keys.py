@@ -15,8 +15,8 @@ from accept.certificate.trust.authority import TECHNICIAN
 from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import FILE
 from accept.certificate.trust.revocation_record import fault_here
-from accept.judging.decisions import Opens, Signer
 from accept.store import BENCH_KEY
+from accept.store.decisions import Opens, Signer
 from specs.files import read_bounded
 
 QA_PASSPHRASE = "ACCEPT_QA_PASSPHRASE"

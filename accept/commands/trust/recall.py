@@ -9,7 +9,7 @@ from accept.base.documents.listings import Recall, TouchListed
 from accept.base.exit_codes import Exit
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, csv_of, table
 from accept.commands.options import Csv, FirstDay, JsonAnswer, LastDay
-from accept.judging.golden import goldens, not_counted
+from accept.fleet import goldens, not_counted
 from accept.store import Store, StoreError, open_store, touched
 from accept.store.payloads import GoldenMet, payload_of
 

@@ -20,9 +20,7 @@ from accept.certificate.trust.published_list import publish
 from accept.commands.answer import STDOUT, Answer, File, Remark, command
 from accept.commands.options import FirstDay, JsonAnswer, LastDay, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
-from accept.judging.copies import resolve
-from accept.judging.nonconformance import decide, open_nonconformances
-from accept.judging.voids import void
+from accept.judging.reservations import decide, open_nonconformances, settle_copies, void
 from accept.store import (
     BENCH_KEY,
     START,
@@ -166,7 +164,7 @@ def resolve_copies(
     """Decide to which unit a recording belongs. Quality assurance signs the decision with its key."""
     signer = decision_signer(passphrase_file, reason)
     with open_store() as store:
-        resolved = list(resolve(store, serial, measured, reason, signer))
+        resolved = list(settle_copies(store, serial, measured, reason, signer))
     at = ", ".join(measured)
     lines = (f"{serial}:{copy['sample']} and {_others(copy)}: measured at {at}" for copy in resolved)
     return Answer(*lines, Remark("judge the units again: accept batch, or accept report"))
@@ -265,7 +263,6 @@ def _event_row(event: Event) -> EventListed:
 
 
 def _verdict(event: Event) -> str:
-    """Return the details of an event for an auditor: the verdict and its causes, the role of a signature, a reason."""
     try:
         payload = payload_of(event)
     except StoreError as e:

@@ -13,12 +13,12 @@ from accept.base.home import home
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchReport, BatchRequest
 from accept.batch.table import actions, explanations, reasons, simulated, units_table
-from accept.certificate.trust.keys import Credential
+from accept.certificate.trust import Credential
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import ClusterAt, SpecName
 from accept.commands.trust.bench_keys import bench_credential, who_acts
 from accept.commands.units.options import JudgingOptions
-from accept.judging.judge_unit import default_specs, load_spec
+from accept.judging import default_specs, load_spec
 from accept.store import open_store
 from accept.units.remote_folders import fetched
 from specs.bench import load_bench
@@ -65,7 +65,6 @@ def run(
 
 
 def _lines(report: BatchReport) -> Iterator[str | Table]:
-    """Yield the table of the units and lines about them, or the number of each verdict if no units are listed."""
     if report.units:
         yield units_table(report.units)
         for lines in (simulated, actions, reasons, explanations):

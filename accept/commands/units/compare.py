@@ -16,20 +16,19 @@ from rich.table import Column, Table
 from rich.text import Text
 from typer import Argument
 
+from accept import units
 from accept.base.console import say
 from accept.base.documents.results import UnitRecord
 from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet
 from accept.batch.outliers import CHANCE, MIN_UNITS
-from accept.batch.pipeline import spec_for
 from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
-from accept.judging import judge_unit
+from accept.judging import judge_unit, spec_for
 from accept.pictures.labels import label_and_name
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from checks.acceptance import CHECKS
 from checks.picture import Panel
 
@@ -58,13 +57,13 @@ def measured(paths: Sequence[Path], spec: str | None) -> list[UnitRecord]:
     """Return results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than
     two."""
     specs = specs_for(spec)
-    folders = dict.fromkeys(folder.resolve() for path in paths for folder in unit_folder.find(path))
+    folders = dict.fromkeys(folder.resolve() for path in paths for folder in units.find(path))
     results: dict[str, UnitRecord] = {}
     for folder in steps(folders, "units measured"):
-        one = unit_folder.read(folder)
+        one = units.read(folder)
         if one.serial in results:
-            raise UnitError(folder / unit_folder.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
-        results[one.serial] = judge_unit.judge_unit(one, spec_for(one, specs))
+            raise UnitError(folder / units.UNIT_FILE, [f"serial = '{one.serial}' is also that of another unit"])
+        results[one.serial] = judge_unit(one, spec_for(one, specs))
         say(f"[{len(results)}/{len(folders)}] {one.serial}: measured")
     if len(results) < 2:
         raise UnitError(paths[0], ["holds one unit only; a comparison needs two or more"])
@@ -90,7 +89,6 @@ def _label(name: str) -> str:
 
 
 def _table(found: Fleet) -> Table:
-    """Return a row per quantity and curve: the fleet's median, and the unit farthest out."""
     titles = ("no", "quantity", "median", "farthest", "value", "score", "chance")
     left = ("quantity", "farthest")
     columns = (Column(title, no_wrap=True, justify="left" if title in left else "right") for title in titles)

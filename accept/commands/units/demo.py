@@ -6,7 +6,6 @@ states whether the demo succeeded."""
 
 import json
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +26,7 @@ from accept.commands.options import Operator
 from accept.commands.trust.bench_keys import DEMO, demo_credential
 from accept.fleet import learn, lines, measured_units, shifts, write_population
 from accept.gap import beside_truth
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.models.model_file import open_model_file
 from accept.simulate import published_units, write
 from accept.simulate.demo import MODEL, demo_strut, earlier_struts
@@ -64,7 +63,8 @@ def run(
     apas, struts = ([u for u in report.units if u.kind == kind] for kind in ("apa", "strut"))
     # [STB] table 2.1, of an optimiser that stopped early; the exact minimum zone is judged.
     published = {apa.serial: f"{apa.published_flatness_um:g}" for apa in published_units.SEED_APAS}
-    truth = _hidden_effects(units[-1])
+    effects = json.loads((units[-1] / TRUTH_FILE).read_text())["effects"]  # read only after the analysis
+    truth = {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in effects}
     named = [[n["effect"] for n in (strut.gap or {}).get("named", [])] for strut in struts]
     return Answer(
         units_table(apas, {"published\nflatness um": published}),
@@ -90,9 +90,3 @@ def _learn_model(out: Path) -> Path:
     write_population(path, found)
     tell(f"{lines(found)[0]} ({path})", *(f"  {line}" for line in shifts(found, SHOWN)))
     return path
-
-
-def _hidden_effects(unit: Path) -> dict[str, Mapping[str, float]]:
-    """Return the effects of a simulated unit, which must be read only after the analysis."""
-    truth = json.loads((unit / TRUTH_FILE).read_text())
-    return {e["name"]: {k: v for k, v in e.items() if k != "name"} for e in truth["effects"]}

@@ -68,7 +68,7 @@ def check(product: Annotated[str, Argument(help="Name of an installed product, o
 
 
 def _check(product: Product) -> Answer:
-    from accept.judging.judge_unit import load_spec
+    from accept.judging import load_spec
     from accept.models.model_file import open_model
     from checks.acceptance import CHECKS
 

@@ -5,11 +5,12 @@ from typing import Annotated
 
 from typer import Argument, Option
 
+from accept import units
 from accept.base.atomic_files import check_place
 from accept.base.console import ask, confirm, say
 from accept.base.exit_codes import of_verdicts
 from accept.base.progress import busy
-from accept.batch.pipeline import Pipeline, ReasonError, spec_for
+from accept.batch.pipeline import Pipeline, ReasonError
 from accept.batch.services import JudgingServices
 from accept.batch.table import reasons
 from accept.commands.answer import Answer, Remark, command
@@ -17,8 +18,8 @@ from accept.commands.options import SpecName
 from accept.commands.units.batch import signer, specs_for
 from accept.commands.units.options import JudgingOptions
 from accept.gap import one_line
+from accept.judging import spec_for
 from accept.store import open_store
-from accept.units import unit_folder
 from specs.bench import load_bench
 
 
@@ -32,7 +33,7 @@ def run(
 ) -> Answer:
     """Judge one unit and write its signed certificate."""
     check_place(out, ".pdf")
-    folder = unit_folder.read(unit)
+    folder = units.read(unit)
     chosen = spec_for(folder, specs_for(spec))
     bench_file = load_bench(how.bench) if how.bench else None
     credential, who = signer(how)

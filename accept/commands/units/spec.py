@@ -35,7 +35,7 @@ def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], jso
     gap = None if spec.gap is None else compared.format(spec.gap.model)
     unknown_to_checks = None
     if name not in builtin():
-        from accept.judging.judge_unit import load_spec
+        from accept.judging import load_spec
 
         try:
             load_spec(name)
@@ -96,8 +96,7 @@ def check(
 
 
 def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
-    """Return the specs that are valid, and lines about all of them."""
-    from accept.judging.judge_unit import load_spec, spec_warnings
+    from accept.judging import load_spec, spec_warnings
 
     found, words = [], list[str]()
     for name in names:
@@ -115,10 +114,10 @@ def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
 def _is_complete(spec: Spec, folder: Path | None, words: list[str]) -> bool:
     """Return whether certificates of a spec lack nothing, and add lines about what they lack. Raises SpecError,
     UnitError."""
+    from accept import units
     from accept.certificate import LABORATORY_FILE, laboratory_of, missing_statements
-    from accept.units import unit_folder
 
-    found = missing_statements(laboratory_of(home()), spec, unit_folder.read(folder) if folder else None)
+    found = missing_statements(laboratory_of(home()), spec, units.read(folder) if folder else None)
     words += [f"{spec.name}: {each.words}" for each in found]
     if any(each.where.startswith(LABORATORY_FILE) for each in found):
         words.append(Remark(f"{LABORATORY_FILE} belongs into the folder of the bench: {home() / LABORATORY_FILE}"))

@@ -11,9 +11,9 @@ import tomlkit
 from accept.base.progress import steps
 from accept.gap import Responses, responses
 from accept.models.model_file import OpenedModel, as_weighed, model_of_spec
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from checks.errors import ModelError
-from checks.population import FEWEST, Population, UnitOfBatch, learn_population
+from checks.population import FEWEST, Population, UnitOfBatch
 from specs.model import parse_model
 from specs.model_sections import ApaOfModes
 
@@ -78,5 +78,5 @@ def _learned(measured: Sequence[Responses], given: OpenedModel, say: Callable[[s
         UnitOfBatch(m.serial, as_weighed(given, m.serial, m.payload_kg).model, m.first, m.second, m.payload_kg)
         for m in measured
     ]
-    found = learn_population(units, given.model, say, steps)
+    found = Population.of_units(units, given.model, say, steps)
     return LearnedPopulation(**vars(found), given=given, inputs={m.serial: m.inputs for m in measured})

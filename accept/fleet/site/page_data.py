@@ -26,11 +26,11 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
-from accept.judging.decisions import stated_words
-from accept.judging.voids import voids
+from accept.judging.reservations import voids
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store import Store, fold
+from accept.store.decisions import stated_words
 from accept.store.payloads import CertificateSigned, CertificateWritten, UnitJudged
 from checks.picture import Line, Panel
 from checks.verdict import Finding
@@ -154,7 +154,6 @@ def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict
 
 
 def _certificates(store: Store, out: Path | None, serials: Collection[str]) -> dict[tuple[str, int], str]:
-    """Return serial and number of an attempt -> link to its certificate, of files that are there."""
     found = {}
     kinds = (CertificateWritten.KIND, CertificateSigned.KIND)
     for serial in {event.subject for kind in kinds for event in store.events(what=kind)} & set(serials):
@@ -174,7 +173,6 @@ def _link(path: Path, out: Path | None) -> str:
 
 
 def _row(finding: Finding, first: bool) -> list[Any]:
-    """Return a finding in the order of `FINDING` and `SHOWN`."""
     columns = {name: getattr(finding, name) for name in FINDING}
     if isinstance(finding.reason, str):
         columns["reason"] = pretty(finding.reason)

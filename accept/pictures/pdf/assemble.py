@@ -91,7 +91,6 @@ def _shrinks(content: bytes) -> bool:
 def _add_fields(
     writer: PdfWriter, fields: Mapping[str, tuple[float, float, float, float]], shown: bytes | None
 ) -> None:
-    """Add empty, visible signature fields on the first page."""
     page = writer.pages[0]
     widgets, pages = ArrayObject(), PdfReader(io.BytesIO(shown)).pages if shown is not None else ()
     for name, rectangle in fields.items():
@@ -116,7 +115,6 @@ def _add_fields(
 
 
 def _form(writer: PdfWriter, page: PageObject) -> StreamObject:
-    """Return a page as a form, which an annotation can show."""
     form, content = StreamObject(), page.get_contents()
     form.set_data(b"" if content is None else content.get_data())
     form.update(

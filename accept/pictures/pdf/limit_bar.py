@@ -75,7 +75,6 @@ def _value(
 
 
 def _arrow(drawing: Drawing, above: bool, tip: float, middle: float, fill: Any) -> None:
-    """Draw an arrow towards a value that lies outside the strip."""
     back = tip - 6 if above else tip + 6
     points = [tip, middle, back, middle + 3.2, back, middle - 3.2]
     drawing.add(Polygon(points, fillColor=fill, strokeColor=INK_COLOUR, strokeWidth=0.5))

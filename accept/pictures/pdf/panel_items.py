@@ -81,7 +81,6 @@ def _band(area: Area, item: Band, tint: Color, again: bool) -> None:  # noqa: AR
 
 
 def _span(area: Area, item: Span, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """Draw a zone; a one-sided one reaches to the edge."""
     place, first, last = (area.x_of, area.left, area.right) if item.axis == "x" else (area.y_of, area.bottom, area.top)
     ends = [
         min(max(float(place(v)), first), last) if math.isfinite(v) else edge
@@ -100,7 +99,6 @@ def _zone_colour(area: Area, tint: Color, alpha: float) -> None:
 
 
 def _mark(area: Area, item: Mark, tint: Color, again: bool) -> None:  # noqa: ARG001
-    """Draw the line, and its label on the side with room."""
     canvas, words = area.canvas, pretty(item.label)
     across = item.axis == "y"
     at = float(area.y_of(item.at) if across else area.x_of(item.at))

@@ -6,42 +6,22 @@ only for a text that is about to be stored, in a thread."""
 from collections.abc import Iterable
 from pathlib import Path
 
-from accept.certificate.trust import encrypted_key, keys
+from accept.certificate import trust
 from accept.workflow.entry.parse_entry import EntryError, is_value
 from accept.workflow.entry.shift import NOT_TAKEN
 
 
 def may_be_passphrase(text: str) -> bool:
     """Return whether text is long enough for a passphrase and reads as none of the values that are measured."""
-    return len(text.strip()) >= keys.SHORTEST_PASSPHRASE and (text.strip().isdigit() or not is_value(text))
+    return len(text.strip()) >= trust.SHORTEST_PASSPHRASE and (text.strip().isdigit() or not is_value(text))
 
 
 def is_passphrase(home: Path, text: str) -> bool:
     """Return whether text opens a key at this bench: of a person, of quality assurance, of the authority."""
-    if not may_be_passphrase(text):
-        return False
-    boxes = [box for path in sorted(keys.folder(home).glob("*.key.pem")) if (box := _encrypted(path))]
-    return any(_opens(box, typed) for box in boxes for typed in dict.fromkeys((text.strip(), text)))
+    return may_be_passphrase(text) and trust.opens_a_key(home, text)
 
 
 def refuse_passphrases(home: Path, texts: Iterable[str]) -> None:
     """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
     if any(is_passphrase(home, text) for text in texts):
         raise EntryError(NOT_TAKEN)
-
-
-def _encrypted(path: Path) -> bytes:
-    """Return a key that only a passphrase opens; nothing of another one, or of one that cannot be read."""
-    try:
-        box = keys.read_key_file(path)
-    except (keys.KeysError, OSError):
-        return b""
-    return box if b"ENCRYPTED" in box else b""
-
-
-def _opens(box: bytes, passphrase: str) -> bool:
-    try:
-        encrypted_key.unlock(box, passphrase)
-    except encrypted_key.LockedError:
-        return False
-    return True

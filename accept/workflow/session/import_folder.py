@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from accept.units import unit_folder
-from accept.units.unit_entry import FileEntry, UnitSection
-from accept.units.unit_folder import UnitFolder
+from accept import units
+from accept.units import FileEntry, UnitFolder, UnitSection
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import OF_FOLDER
@@ -48,7 +47,6 @@ def _section(session: Session, taken: UnitFolder, step: WorkflowStep, part: Unit
 
 
 def _single(part: UnitSection[Check]) -> dict[tuple[str, int | None], Measured | FileEntry]:
-    """Return the entries by input and place, a list as its values one by one."""
     found: dict[tuple[str, int | None], Measured | FileEntry] = {}
     for name, entry in part.entries.items():
         if isinstance(entry, np.ndarray):
@@ -60,7 +58,7 @@ def _single(part: UnitSection[Check]) -> dict[tuple[str, int | None], Measured |
 
 def _link(session: Session, taken: UnitFolder, step: WorkflowStep, entry: FileEntry, day: str | None) -> list[str]:
     try:
-        session.records.link(step.name, entry.declared, unit_folder.inside(taken.path, entry.name), day)
+        session.records.link(step.name, entry.declared, units.inside(taken.path, entry.name), day)
     except RecordError as e:
         return [f"{step.name}: {e}"]
     return []

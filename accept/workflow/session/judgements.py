@@ -1,15 +1,14 @@
 """Judgements of a unit: those of its steps and of the whole, as long as they hold, and what is still open."""
 
-import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from statistics import median
+from typing import Any
 
-from accept.base.documents.results import UnitRecord
+from accept.base.documents.results import Information, UnitRecord
 from accept.base.version import code_sha256
 from accept.judging.advice import action
-from accept.judging.bench_errors import BY_RESONANCE, withhold_resonance
 from accept.store.payloads import ReadingFailed, RecordLinked, RecordRefused, StepJudged, ValueTaken
 from accept.workflow.session import panel_cache
 from accept.workflow.session.gap import UnitGap
@@ -19,23 +18,25 @@ from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import note_lines, ready
 from accept.workflow.steps.status import Status, judgement_of, open_steps, status_of
 from checks.cause import Cause
-from checks.consistency import check_consistency
 from checks.picture import Panel
-from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict
 
 _ENTRIES = (ValueTaken.KIND, RecordLinked.KIND, RecordRefused.KIND, StepJudged.KIND, ReadingFailed.KIND)  # hold no unit
 FEWEST = 5  # values of a quantity; of fewer none is usual
 Held = Callable[[Mapping[str, Sequence[str]]], Sequence[str]]
+Weigh = Callable[[Sequence[Finding], Sequence[Information], Mapping[str, Any] | None], Sequence[Finding]]
 
 
 class Judgements:
     """Knows what was found at one unit. before: what each of the last units of its kind measured, by quantity, the
     newest first; earlier: the same as values by quantity; usual: the median of these."""
 
-    def __init__(self, unit: OpenUnit, gap: UnitGap, held: Held, before: Sequence[Mapping[str, float]]) -> None:
-        """held: returns the nonconformances that hold the unit, from the notes on its steps."""
-        self._unit, self._gap, self._holding, self.before = unit, gap, held, before
+    def __init__(
+        self, unit: OpenUnit, gap: UnitGap, held: Held, weigh: Weigh, before: Sequence[Mapping[str, float]]
+    ) -> None:
+        """held: returns the nonconformances that hold the unit, from the notes on its steps; weigh: findings of several
+        steps beside each other, with what else they measured and what the gap analysis found."""
+        self._unit, self._gap, self._holding, self._weigh, self.before = unit, gap, held, weigh, before
         self.earlier = earlier_values(before)
         self.usual: Mapping[str, float] = {quantity: median(values) for quantity, values in self.earlier.items()}
         self._panels: dict[tuple[str, int], Mapping[str, Panel]] = {}
@@ -86,11 +87,8 @@ class Judgements:
         if self._compared is None or self._compared[0] != self._unit.run.seq:
             own = [j for step in self._unit.steps if (j := self._own(step.name)) is not None]
             findings = [finding for each in own for finding in each.findings]
-            known = {i.quantity: i.measured() for each in own for i in each.information}
-            known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
-            stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
-            compared = withhold_resonance(check_consistency(findings, known), stiffness, self._gap.found)
-            self._compared = self._unit.run.seq, compared
+            information = [stated for each in own for stated in each.information]
+            self._compared = self._unit.run.seq, self._weigh(findings, information, self._gap.found)
         return self._compared[1]
 
     def action_at_source(self, step: WorkflowStep) -> str | None:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from accept.judging.nonconformance import open_nonconformances
-from accept.judging.superseded import measured_values
+from accept.judging import consistent
+from accept.judging.reservations import measured_values, open_nonconformances
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from accept.workflow.entry.passphrase_guard import refuse_passphrases
@@ -48,5 +48,6 @@ def open_session(
     Raises EntryError if the serial is not valid, UnitBusy, StoreError, OSError."""
     return Session(
         store, home, spec, operator, serial, partial(refuse_passphrases, home), stated, training, simulated,
-        held=partial(open_nonconformances, store, serial), before=earlier_units(store, spec.kind, but=serial),
+        held=partial(open_nonconformances, store, serial), weigh=consistent,
+        before=earlier_units(store, spec.kind, but=serial),
     )  # fmt: skip

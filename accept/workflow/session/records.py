@@ -41,15 +41,14 @@ class Records(Subject):
         unit, channels = self._unit, channel_map(self._unit.attempt.channels)
         form = unit.step(step).form_with(declared.name).name
         try:
-            name, digest = attach.take_in(source, declared, unit.folder, channels)
-        except RecordError as refused:
-            e = attach.pointed(refused, source, declared, unit.spec.kind, channels)
+            name, digest = attach.take_in(source, declared, unit.folder, channels, unit.spec.kind)
+        except RecordError as e:
             if source.is_file():
                 written, action = source.stat().st_mtime, self.link_advice(source, e)
                 unit.append(
                     RecordRefused(step, form, declared.name, source.name, str(source), written, e.reason, action)
                 )
-            raise e from refused
+            raise
         return unit.append(
             RecordLinked(step, form, declared.name, name, digest, str(source), day, instrument, evidence)
         )

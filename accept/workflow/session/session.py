@@ -6,7 +6,7 @@ from pathlib import Path
 from accept.store import Store
 from accept.workflow.session.entries import Entries
 from accept.workflow.session.gap import UnitGap
-from accept.workflow.session.judgements import Held, Judgements
+from accept.workflow.session.judgements import Held, Judgements, Weigh
 from accept.workflow.session.records import Records
 from accept.workflow.session.undo import Undo
 from accept.workflow.session.unit import OpenUnit
@@ -30,10 +30,11 @@ class Session(OpenUnit):
         simulated: bool = False,
         *,
         held: Held,
+        weigh: Weigh,
         before: Sequence[Mapping[str, float]],
     ) -> None:
         """Open a unit as `OpenUnit`, `Judgements` have it. Raises as `OpenUnit`."""
         super().__init__(store, home, spec, operator, serial, refuse, stated, training, simulated)
         self.entries, self.records, self.undo = Entries(self), Records(self), Undo(self)
         self.gap = UnitGap(self)
-        self.judgements = Judgements(self, self.gap, held, before)
+        self.judgements = Judgements(self, self.gap, held, weigh, before)

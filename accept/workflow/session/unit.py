@@ -10,8 +10,7 @@ from filelock import FileLock, Timeout
 from accept.base.spelling import mistaken_for
 from accept.store import Event, Overtaken, Store
 from accept.store.payloads import AttemptStarted, Payload, RunOpened
-from accept.units import attach
-from accept.units.attempt_folder import attempt_folder
+from accept.units import attach, attempt_folder
 from accept.workflow.entry.parse_entry import EntryError, serial_problem
 from accept.workflow.state.unit_state import Attempt, StepState, UnitRun, fold_run
 from accept.workflow.steps import section

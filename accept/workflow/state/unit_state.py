@@ -21,7 +21,7 @@ from accept.store.payloads import (
     ValueTaken,
     payload_of,
 )
-from accept.units.attempt_folder import attempt_folder
+from accept.units import attempt_folder
 
 
 @dataclass(frozen=True)
@@ -143,17 +143,14 @@ def fold_run(serial: str, events: Iterable[Event]) -> UnitRun:
         if event.seq in gone or (isinstance(payload, EntryUndone) and payload.undoes in begun):
             continue
         if isinstance(payload, AttemptStarted):
-            run = replace(run, attempts=(*run.attempts, _started(event, payload)))
+            own = payload.number, payload.kind, payload.parts, payload.reason
+            begun_now = Attempt(*own, event.spec, channels=payload.channels, simulated=payload.simulated)
+            run = replace(run, attempts=(*run.attempts, begun_now))
         elif run.attempt is not None:
             run = replace(run, attempts=(*run.attempts[:-1], _changed(serial, run.attempt, event, payload)))
         elif isinstance(payload, _OF_ATTEMPTS):
             raise StoreError(f"{event.name}: no attempt was started before it")
     return run
-
-
-def _started(event: Event, started: AttemptStarted) -> Attempt:
-    own = started.number, started.kind, started.parts, started.reason
-    return Attempt(*own, event.spec, channels=started.channels, simulated=started.simulated)
 
 
 def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | None) -> Attempt:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from checks.acceptance import check_for
+from checks.acceptance import CHECKS
 from checks.declare import Check, CsvTable, Form, Guide, Input, Scalar, Series
 from specs.spec import CheckSpec, Spec
 
@@ -43,7 +43,7 @@ class WorkflowStep:
 
 def steps_of(spec: Spec) -> tuple[WorkflowStep, ...]:
     """Return a step per check, in the order of the spec."""
-    asked = [(check_for(name, spec.kind), section) for name, section in spec.checks.items()]
+    asked = [(CHECKS.of_kind(name, spec.kind), section) for name, section in spec.checks.items()]
     return tuple(
         WorkflowStep(check, section, guide_of(check), check.reads != check.name and check.reads in spec.checks)
         for check, section in asked

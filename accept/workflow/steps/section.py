@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 from accept.store.payloads import MARK, ValueTaken
-from accept.units.folder_header import TYPED
+from accept.units import TYPED
 from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
@@ -43,14 +43,10 @@ def repeated(readings: Sequence[ValueTaken], asked: CheckSpec, name: str) -> Rep
     if len(readings) == 1:
         return Repeated(value, 1, None, typed)
     scatter = stdev(r.value for r in readings)
-    stated = typed if typed is not None else _stated(asked, name, value)
+    by_spec = asked.uncertainty.get(name)
+    stated = by_spec.at(value) if typed is None and by_spec else typed
     U = None if stated is None else math.hypot(stated, COVERAGE_FACTOR * scatter / math.sqrt(len(readings)))
     return Repeated(value, len(readings), scatter, U)
-
-
-def _stated(asked: CheckSpec, name: str, value: float) -> float | None:
-    stated = asked.uncertainty.get(name)
-    return stated.at(value) if stated else None
 
 
 def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
@@ -162,7 +158,6 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
 
 
 def _sources(step: WorkflowStep, state: StepState) -> list[str]:
-    """Return where the values that count come from: instruments, and `typed`."""
     places = [
         (i.name, index)
         for i in step.form(state.form).inputs

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from accept import units
 from accept.base.documents.results import UnitRecord, is_typed_note
 from accept.base.version import code_sha256
 from accept.batch.job import UnitJob
@@ -12,13 +13,11 @@ from accept.batch.pipeline import Pipeline
 from accept.batch.ports import Judgement
 from accept.batch.services import JudgingServices
 from accept.gap import explain_folder, with_explanation
-from accept.judging.calibration import Statement
-from accept.judging.judge_unit import judge_unit
+from accept.judging import Statement, judge_unit, without_bench_errors
 from accept.models.model_file import default_model
 from accept.store import Event
 from accept.store.payloads import StepJudged
-from accept.units import unit_folder
-from accept.units.unit_folder import UnitError
+from accept.units import UnitError
 from accept.workflow.session import Session
 from accept.workflow.session.gap import Explanation
 from accept.workflow.state.unit_state import StepState
@@ -35,7 +34,7 @@ EXPECTED = (UnitError, RecordError, SpecError, ModelError, OSError)
 
 def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord:
     """Judge the unit in a folder in this process. Raises UnitError."""
-    return judge_unit(unit_folder.read(folder), spec, stated)
+    return judge_unit(units.read(folder), spec, stated)
 
 
 class Elsewhere:
@@ -74,7 +73,7 @@ def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJu
     process. Raises UnitError, StoreError, OSError, and what `judge` does."""
     step, attempt = session.step(name), session.written()
     asked = session.spec.model_copy(update={"checks": {name: step.asked}})
-    result = judge(session.folder, asked, _pipeline(session, asked).statement(unit_folder.read(session.folder)))
+    result = judge(session.folder, asked, _pipeline(session, asked).statement(units.read(session.folder)))
     judged = judgement_of_result(name, result, state_of(attempt, step), session.spec_name)
     panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
     session.judgements.keep_step(judged, step, panels)
@@ -85,10 +84,10 @@ def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
     """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
     units were missed, and what `judge` does."""
     given = session.written().given
-    unit, pipeline = unit_folder.read(session.folder), _pipeline(session, session.spec)
+    unit, pipeline = units.read(session.folder), _pipeline(session, session.spec)
     found = judge(session.folder, session.spec, pipeline.statement(unit))
     if session.gap.found is not None:
-        found = with_explanation(found, session.gap.found, session.gap.panels)
+        found = without_bench_errors(with_explanation(found, session.gap.found, session.gap.panels))
     job = UnitJob(unit, session.spec, session.operator, reason=session.attempt.reason or None)
     with session.mutex:
         result = pipeline.settle(job, Judgement(found)).result

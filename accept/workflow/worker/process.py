@@ -90,7 +90,6 @@ class WorkerProcess:
             return self._started()
 
     def _started(self) -> Process:
-        """Return the running process, or a new one."""
         if self._process is not None and self._process.poll() is not None:
             self._end()
         if self._process is None:
@@ -112,7 +111,6 @@ class WorkerProcess:
 
 
 def _answer(process: Process, work: Work[Any], say: Say) -> tuple[str, Any]:
-    """Return how the work ended, and its outcome."""
     if process.stdin is None or process.stdout is None:
         raise RuntimeError("the worker process was started without pipes")
     try:

@@ -94,15 +94,9 @@ def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
         if seconds < 0.999 * rules.duration_min_s:
             short = because(Cause.RECORD_SHORT, seconds=seconds, needed=rules.duration_min_s)
             raise NoResult(short.within(key, record.name))
-        wrong = _wrong_channels(record)
-        if wrong:
+        sizes = _wrong_sizes(_sampled_columns(record))
+        if wrong := dead_channels(record) or list(sizes) or list(sampling_faults(record)):  # the first kind of fault
             raise NoResult(together(wrong).within(key, record.name))
-
-
-def _wrong_channels(record: Record) -> list[Reason]:
-    """Return the reasons of the first kind of fault in a record: dead channels, sizes of another channel, faults of
-    sampling."""
-    return dead_channels(record) or list(_wrong_sizes(_sampled_columns(record))) or list(sampling_faults(record))
 
 
 def dead_channels(record: Record) -> list[Reason]:

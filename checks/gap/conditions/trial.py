@@ -17,14 +17,7 @@ from functools import lru_cache
 from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
-from checks.gap.conditions.kinds import (
-    ADDED_MASS,
-    OTHER_RESISTOR,
-    OWN_RETURN,
-    REMOVED,
-    SIDE_MASSES,
-    ExperimentKind,
-)
+from checks.gap.conditions.kinds import ADDED_MASS, OTHER_RESISTOR, OWN_RETURN, REMOVED, SIDE_MASSES, ExperimentKind
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.shift import OwnValue, Shift

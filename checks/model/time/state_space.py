@@ -30,6 +30,36 @@ class StateSpace:
     delay_s: Array
     name: str
 
+    @classmethod
+    def of(cls, model: Model) -> "StateSpace":
+        """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
+        fractions."""
+        found, values = paths(model), model.values
+        poles = np.unique(np.concatenate([each.poles for each in found.values()]))
+        residues = np.zeros((len(found), poles.size), complex)
+        direct = np.zeros(len(found))
+        for c, each in enumerate(found.values()):
+            np.add.at(residues[c], np.searchsorted(poles, each.poles), each.residues)
+            direct[c] = each.direct
+        share = np.abs(residues / poles)
+        kept = (share > STILL * share.max(axis=1, keepdims=True)).any(axis=0)
+        poles, residues = poles[kept], residues[:, kept]
+        A, B, C = _real(poles, residues)
+        tau = electrical_of(values).tau
+        latency = np.array([1e-6 * values.get(LATENCIES[c], 0.0) for c in found])
+        return cls(
+            A,
+            B,
+            C,
+            direct[:, None],
+            tuple(f"x{i + 1}" for i in range(len(A))),
+            tuple(found),
+            "Va",
+            {"Va": "V", "Vs": "V", "de": "m", "da": "m"},
+            tau + latency,
+            model.name,
+        )
+
     def frf(self, f: Array) -> Complex:
         """Return the response (F, p) at f (F,) [Hz], with the delays."""
         s = 2j * np.pi * np.asarray(f, float)
@@ -40,36 +70,6 @@ class StateSpace:
         late = ", ".join(f"{c} {1e6 * d:.4g}" for c, d in zip(self.outputs, self.delay_s, strict=True))
         delays = f"; delays [us]: {late}" if self.delay_s.any() else ""
         return f"StateSpace({self.name}: {len(self.A)} states, {self.input} -> {', '.join(self.outputs)}{delays})"
-
-
-def state_space(model: Model) -> StateSpace:
-    """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
-    fractions."""
-    found, values = paths(model), model.values
-    poles = np.unique(np.concatenate([each.poles for each in found.values()]))
-    residues = np.zeros((len(found), poles.size), complex)
-    direct = np.zeros(len(found))
-    for c, each in enumerate(found.values()):
-        np.add.at(residues[c], np.searchsorted(poles, each.poles), each.residues)
-        direct[c] = each.direct
-    share = np.abs(residues / poles)
-    kept = (share > STILL * share.max(axis=1, keepdims=True)).any(axis=0)
-    poles, residues = poles[kept], residues[:, kept]
-    A, B, C = _real(poles, residues)
-    tau = electrical_of(values).tau
-    latency = np.array([1e-6 * values.get(LATENCIES[c], 0.0) for c in found])
-    return StateSpace(
-        A,
-        B,
-        C,
-        direct[:, None],
-        tuple(f"x{i + 1}" for i in range(len(A))),
-        tuple(found),
-        "Va",
-        {"Va": "V", "Vs": "V", "de": "m", "da": "m"},
-        tau + latency,
-        model.name,
-    )
 
 
 def _real(poles: Complex, residues: Complex) -> tuple[Array, Array, Array]:

@@ -42,6 +42,11 @@ class Notch:
     width_Hz: float
     depth: float = 0.1
 
+    @classmethod
+    def of_record(cls, record: Record) -> "Notch":
+        """Return a notch for the largest peak of de over Va in a first record. Raises ValueError."""
+        return notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
+
     def __post_init__(self) -> None:
         if not (self.f0_Hz > 0 and self.width_Hz > 0 and np.isfinite([self.f0_Hz, self.width_Hz]).all()):
             raise ValueError(f"notch at {self.f0_Hz:g} Hz, {self.width_Hz:g} Hz wide: both must be positive")
@@ -94,11 +99,6 @@ def amplitude_shape(notch: Notch | None = None, low_pass_Hz: float | None = None
     if notch is not None and low_pass is not None:
         return ShapeProduct(notch, low_pass)
     return notch or low_pass or Flat()
-
-
-def notch_of_record(record: Record) -> Notch:
-    """Return a notch for the largest peak of de over Va in a first record. Raises ValueError."""
-    return notch_at_resonance(h1_record(record, "Va", ["de"]), "de")
 
 
 def notch_at_resonance(frf: Frf, channel: str) -> Notch:

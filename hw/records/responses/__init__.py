@@ -28,7 +28,7 @@ from hw.records.uff import set58 as uff58
 from hw.records.uff.set58 import DELIMITER, TIME
 from specs.units import parse_header
 
-__all__ = ["Content", "ResponseFile", "content_of", "read_response_file"]
+__all__ = ["Content", "ResponseFile", "read_response_file"]
 
 
 class Content(Enum):
@@ -37,6 +37,15 @@ class Content(Enum):
     RECORD = "record"
     RESPONSE = "response"
     BOTH = "both"
+
+    @classmethod
+    def of(cls, path: Path, input: str = "") -> "Content":
+        """Return the axes in a file. input: a channel that its record would have. An unreadable file, or one with
+        neither axis, counts as a record, whose reader gives the reason."""
+        try:
+            return _content(load_bytes(path), ("Va", input))
+        except (RecordError, *DAMAGE):
+            return Content.RECORD
 
 
 def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | None = None) -> ResponseFile:
@@ -58,15 +67,6 @@ def read_response_file(path: Path, input: str = "", names: Mapping[str, str] | N
         raise RecordError(f"{source.file}: two responses have one name: {', '.join(channels)}; use --map HERE=THERE")
     units = {there.get(c, c): unit for c, unit in found.units.items()}
     return replace(found, channels=channels, units=units)
-
-
-def content_of(path: Path, input: str = "") -> Content:
-    """Return the axes in a file. input: a channel that its record would have. An unreadable file, or one with neither
-    axis, counts as a record, whose reader gives the reason."""
-    try:
-        return _content(load_bytes(path), ("Va", input))
-    except (RecordError, *DAMAGE):
-        return Content.RECORD
 
 
 def _content(source: Source, channels: Sequence[str]) -> Content:

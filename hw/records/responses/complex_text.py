@@ -76,7 +76,8 @@ def _split(source: Source, rows: list[list[str]], at: int) -> tuple[Source, list
         names = [f"H{k}" if width > 2 else "H" for k in range(width)]
         above = [["f", *names[1:]]]
         said = [f"no header: column 1 taken as frequencies, column {', '.join(str(k + 1) for k in wide)} as responses"]
-    heads = [_doubled(above[0], wide), *(_twice(row, wide) for row in above[1:2])]
+    more = [[field for k, each in enumerate(row) for field in [each] * (1 + (k in wide))] for row in above[1:2]]
+    heads = [_doubled(above[0], wide), *more]
     lines = [*heads, *([part for k, field in enumerate(row) for part in _parts(field, k in wide)] for row in body)]
     raw = "".join(";".join(line) + "\n" for line in lines).encode()
     return replace(source, raw=raw), said
@@ -90,10 +91,6 @@ def _doubled(row: list[str], wide: list[int]) -> list[str]:
         of = name.strip() or "H"
         found += [f"{of}_{part} {bracket}{unit}".strip() for part in ("re", "im")] if k in wide else [head]
     return found
-
-
-def _twice(row: list[str], wide: list[int]) -> list[str]:
-    return [field for k, each in enumerate(row) for field in ([each, each] if k in wide else [each])]
 
 
 def _parts(field: str, wide: bool) -> list[str]:

@@ -127,8 +127,10 @@ def _candidates(arrays: Mapping[str, NDArray[Any]], axis: str) -> Iterator[tuple
         if x.dtype.kind not in "fiuc" or name == axis:
             continue
         pair = x if x.ndim == 2 and x.shape[1] == 2 else x.T if x.ndim == 2 and x.shape[0] == 2 else None
-        if pair is not None and _is_axis(pair[:, 0]) and (f is None or np.array_equal(pair[:, 0].real, f)):
-            yield name, _Candidate(pair[:, 1], np.asarray(pair[:, 0].real, float), "")
+        at = np.zeros(0) if pair is None else pair[:, 0]
+        rises = at.size > 1 and not np.any(at.imag) and bool((np.diff(at.real) > 0).all())
+        if pair is not None and rises and (f is None or np.array_equal(at.real, f)):
+            yield name, _Candidate(pair[:, 1], np.asarray(at.real, float), "")
         elif f is not None and f.size in x.shape:
             columns = x.reshape(f.size, -1) if x.shape[0] == f.size else x.T.reshape(f.size, -1)
             many = columns.shape[1] > 1
@@ -234,7 +236,3 @@ def _last(name: str) -> str:
 
 def _vector(x: NDArray[Any]) -> NDArray[Any] | None:
     return x.ravel() if x.dtype.kind in "fiuc" and x.size == max(x.shape, default=0) > 1 else None
-
-
-def _is_axis(x: NDArray[Any]) -> bool:
-    return x.dtype.kind in "fiuc" and x.size > 1 and not np.any(x.imag) and bool((np.diff(x.real) > 0).all())

@@ -52,7 +52,8 @@ def lvm_layout(file: str, lines: Sequence[str]) -> Layout:
         _UNITS.get(label.lower(), label) or parse_header(name)[1] for label, name in zip(labels, names, strict=True)
     ]
     kinds = [NUMBERS if i in live else EMPTY for i in range(count)]
-    time, clock = _time_of(segment), None
+    is_spectrum = segment.get("X_Dimension", ["Time"])[0] == "Frequency"
+    time, clock = ("f", "Hz") if is_spectrum else ("t", "s"), None  # name and unit of the column X_Value
     columns = list(range(1, count + 1))
     if x_columns == "one":
         names, units, kinds, columns = [time[0], *names], [time[1], *units], [NUMBERS, *kinds], [0, *columns]
@@ -94,11 +95,6 @@ def _row(segment: Mapping[str, Sequence[str]], key: str, count: int, default: st
     """Return the values of a statement, one for each channel."""
     given = list(segment.get(key, ()))[:count]
     return [each or default for each in given] + [default] * (count - len(given))
-
-
-def _time_of(segment: Mapping[str, Sequence[str]]) -> tuple[str, str]:
-    """Return name and unit of the column X_Value."""
-    return ("f", "Hz") if segment.get("X_Dimension", ["Time"])[0] == "Frequency" else ("t", "s")
 
 
 def _clock(

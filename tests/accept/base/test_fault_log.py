@@ -11,7 +11,7 @@ import pytest
 from accept.base import fault_log
 from accept.base.crash_hooks import log_crashes
 from accept.base.fault_log import log_fault, log_file
-from accept.judging.judge_unit import judge_unit
+from accept.judging import judge_unit
 from accept.units.unit_folder import read
 from checks.acceptance import CHECKS
 from specs.spec import load

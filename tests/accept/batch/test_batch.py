@@ -20,7 +20,7 @@ from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.commands.trust.bench_keys import demo_credential
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.simulate import published_units
 from accept.store import open_store
 from accept.units import unit_folder

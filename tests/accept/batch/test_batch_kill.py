@@ -22,7 +22,7 @@ from accept.batch.judge_batch import BatchRequest
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.rejudge import verify_file
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import fold, open_store
 from tests.accept.batch.killing import Points, fork
 from tests.accept.units.units import GOOD, make_unit

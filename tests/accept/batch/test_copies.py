@@ -14,9 +14,9 @@ from accept.base.home import home
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.certificate.verify.stated_check import check_copies
-from accept.judging.decisions import recording_party
 from accept.judging.rules import reserved
 from accept.store import fold, open_store
+from accept.store.decisions import recording_party
 from accept.store.payloads import CopiesResolved, UnitJudged
 from checks.cause import Cause
 from checks.quantity import Quantity

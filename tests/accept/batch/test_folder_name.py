@@ -8,7 +8,7 @@ from typer.testing import CliRunner, Result
 
 from accept.cli.main import app
 from accept.commands.units import batch, report
-from accept.judging.folder_name import is_other_serial
+from accept.judging.reservations.folder_name import is_other_serial
 from accept.store import open_store
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.open_bench import open_bench

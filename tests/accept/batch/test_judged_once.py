@@ -12,7 +12,7 @@ from accept.batch import job
 from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.page import document
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from tests.accept.batch.test_copies import UNIT, accept, unit, verdicts
 from tests.accept.batch.test_parts import BAD, STRUT

@@ -144,7 +144,7 @@ async def test_a_tray_asks_about_the_scan(known: Path) -> None:
 
 
 def test_a_part_that_looks_like_a_known_one_is_doubted(tmp_path: Path, known: Path) -> None:
-    from accept.judging.parts import part_doubts
+    from accept.judging.reservations.parts import part_doubts
 
     with open_store() as store:
         assert "character 6 is the letter O" in "".join(

@@ -10,7 +10,7 @@ import pytest
 
 from accept.batch import judge_batch, results
 from accept.batch.judge_batch import BatchReport, BatchRequest, Roster, run
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import Event, NewEvent, open_store
 from accept.units import unit_folder
 from tests.accept.units.units import GOOD, make_unit

@@ -154,7 +154,7 @@ def test_serials_that_file_systems_write_in_two_ways_are_refused_by_folder_and_w
     tmp_path: Path, serial: str
 ) -> None:
     """Composed and decomposed letters, wide ones, other digits: a serial is ASCII, so none has two forms."""
-    from accept.judging.judge_unit import load_spec
+    from accept.judging import load_spec
     from accept.workflow.entry.parse_entry import serial_problem
 
     (tmp_path / "unit.toml").write_text(f'serial = "{serial}"\nkind = "apa"\n')

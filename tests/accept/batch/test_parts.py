@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from accept.batch.judge_batch import BatchRequest, run
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.store.payloads import StepNoted
 from tests.accept.batch.test_copies import accept, unit

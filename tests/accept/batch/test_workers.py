@@ -16,7 +16,7 @@ from accept.base.worker_process import memory_GB
 from accept.batch.job import UnitJob
 from accept.batch.judge_batch import BatchRequest, run
 from accept.batch.ports import Judgement
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from checks.declare import Series
 from checks.errors import RecordError

@@ -17,7 +17,7 @@ from accept.certificate import DispositionError, read_contents
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
 from accept.cli.main import app
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.store import store as store_module
 from accept.store.errors import Overtaken
@@ -172,7 +172,7 @@ from accept.base.home import home
 from accept.batch.pipeline import Pipeline
 from accept.batch.services import JudgingServices
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.units import unit_folder
 folder, pdf = map(Path, sys.argv[1:])

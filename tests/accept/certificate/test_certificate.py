@@ -22,8 +22,8 @@ from accept.certificate import CertificateContent, ContentError, content_of
 from accept.certificate.contents import content as certificate_content
 from accept.certificate.page.document import render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, open_fields, summary
-from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.reservations import Reservations
+from accept.judging import judge_unit, load_spec
+from accept.judging.reservations.reservations import Reservations
 from accept.pictures.labels import label_of
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD

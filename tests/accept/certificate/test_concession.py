@@ -19,11 +19,11 @@ from accept.fleet.errors import FleetError
 from accept.fleet.matched_sets import pool
 from accept.fleet.measurements import measurements
 from accept.fleet.yields import pareto, yields
-from accept.judging.decisions import Signer
-from accept.judging.judge_unit import load_spec
-from accept.judging.nonconformance import decide, standing
-from accept.judging.parts import part_doubts
+from accept.judging import load_spec
+from accept.judging.reservations.nonconformance import decide, standing
+from accept.judging.reservations.parts import part_doubts
 from accept.store import open_store
+from accept.store.decisions import Signer
 from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
 from tests.accept.certificate.certificate_help import accept
@@ -331,7 +331,7 @@ def test_what_an_earlier_program_stored_is_read_as_it_was(bench: Path) -> None:
         assert tuple(yields(frame, "serial").loc[0, ["first", "last"]]) == (False, False)
         decide(store, "A", Decision("use-as-is", WHY), lambda: Signer(credential.key, credential.certificate))
         assert tuple(yields(measurements(store), "serial").loc[0, ["last", "conceded"]]) == (True, True)
-    from accept.judging.reservations import Reservations
+    from accept.judging.reservations.reservations import Reservations
 
     assert Reservations.stated(entry).apply(was.result).findings == findings
     assert "changes its verdict" in accept("rejudge", "--spec", "apa-basic").output

@@ -15,7 +15,7 @@ from accept.certificate import Validity, read_certificate, rejudge
 from accept.certificate.trust import keys
 from accept.cli.main import app
 from accept.commands.trust.verify import VerifyOptions, verify_here
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.simulate.faults import KINDS
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from accept.commands.physics.frf import with_U
-from hw.records.writers import write_mat
 from tests.accept.commands.test_compare import APAS
 from tests.accept.units.units import GOOD, make_unit
 from tests.checks.signals.frf_plant import Plant, unit
 from tests.hw.records.read_uff import read_frf
 from tests.shared import command_line
+from tests.shared.record_files import write_mat
 
 accept = partial(command_line.accept, code=0)
 

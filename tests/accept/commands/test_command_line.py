@@ -20,7 +20,7 @@ from accept.base.console import PlainConsole
 from accept.cli.lazy_group import Command, Group, command_of
 from accept.cli.main import COMMANDS, USERS, app
 from accept.commands.bench.simulate import SimulateOptions
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from tests.test_docs import command_names
 
 SHELLS = {

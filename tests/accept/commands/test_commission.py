@@ -95,7 +95,7 @@ def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):
         date(2026, 6, 1),
         commissioning.commissioned(load_bench(bench), home()),
     )  # fmt: skip
-    capacitance, stiffness = calibration.notes(calibration.checked(stated, {}))
+    capacitance, stiffness = calibration.notes(calibration.checked_calibration(stated, {}))
     assert capacitance.endswith("by Ann")
     assert "commissioned" not in stiffness  # no program reads it
 

@@ -7,7 +7,7 @@ import pytest
 
 from accept.batch import fleet_comparison
 from accept.batch.outliers import robust_scale, scores
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.units import unit_folder
 from tests.accept.units.units import GOOD, make_unit
 

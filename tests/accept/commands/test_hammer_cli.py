@@ -13,10 +13,10 @@ from checks.acceptance import CHECKS
 from checks.errors import RecordError
 from checks.record import Record
 from hw.records import read
-from hw.records.writers import write_mat
 from specs.spec import CheckSpec
 from tests.checks.signals.hammer_plant import FS, Struck, clean, noisy
 from tests.shared import command_line
+from tests.shared.record_files import write_mat
 
 run = partial(command_line.accept, code=0, columns=200)
 TWO = ((280.0, 0.008, 1e-6), (840.0, 0.008, 1.2e-7))

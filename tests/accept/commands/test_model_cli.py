@@ -213,7 +213,7 @@ def test_a_strut_is_fitted_with_the_modes_of_its_misalignment_as_far_as_they_hol
         seen.append((model.name, float(data.f[-1])))
         raise ModelError("seen enough")
 
-    monkeypatch.setattr(model_fit, "fit_model", stop)
+    monkeypatch.setattr(model_fit.ModelFit, "of", stop)
     folder = unit_folder(tmp_path, "strut", {})
     toml = folder / "unit.toml"
     toml.write_text(

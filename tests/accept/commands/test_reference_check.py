@@ -8,8 +8,7 @@ import pytest
 
 from accept.capture.reference_check import CHECKED, ReferenceCheck, days_checked, history, keep
 from accept.commands.bench import check as command
-from accept.judging import calibration
-from accept.judging.judge_unit import load_spec
+from accept.judging import calibration, load_spec
 from accept.store import open_store
 from hw.instruments import open_instrument
 from specs.bench import load_bench
@@ -161,18 +160,18 @@ def test_a_spec_that_asks_for_it_passes_nothing_without(comparisons, words, tmp_
         assert len(history(store.events(what=CHECKED), "lcr", "MY46412345")) == len(comparisons)
     asked = load_spec("apa").checks["capacitance"].model_copy(update={"reference_days": 1})
     stated = calibration.statement(bench, {"capacitance": asked}, TODAY, None, references)
-    held = calibration.checked(stated, {})
+    held = calibration.checked_calibration(stated, {})
     problems = calibration.problems(held, ["capacitance"])
     assert (words in str(problems["capacitance"])) if words else problems == {}
-    assert calibration.checked(held, {}) == held  # as a verification judges it again, without the store
-    assert calibration.same(held, calibration.checked({**stated}, {}))
+    assert calibration.checked_calibration(held, {}) == held  # as a verification judges it again, without the store
+    assert calibration.same_calibration(held, calibration.checked_calibration({**stated}, {}))
 
 
 def test_a_spec_that_does_not_ask_says_what_it_said_before(tmp_path):
     (tmp_path / "bench.toml").write_text(LCR.format(host="h", number=1))
     checks = {"capacitance": load_spec("apa").checks["capacitance"]}
     stated = calibration.statement(load_bench(tmp_path / "bench.toml"), checks, TODAY)
-    (row,) = calibration.checked(stated, {})["instruments"]
+    (row,) = calibration.checked_calibration(stated, {})["instruments"]
     assert not {"reference", "references", "reference_days"} & set(row)
 
 
@@ -222,7 +221,7 @@ def test_a_spec_that_asks_for_it_passes_nothing_without_a_bench_file(tmp_path):
     (tmp_path / "bench.toml").write_text(LCR.format(host="h", number=1))
     bench = load_bench(tmp_path / "bench.toml")
     kept = {"lcr": [(TODAY.isoformat(), 0.1)]}
-    stated = calibration.checked(calibration.statement(bench, asked, TODAY, None, kept), {})
+    stated = calibration.checked_calibration(calibration.statement(bench, asked, TODAY, None, kept), {})
     assert calibration.without_reference(stated, asked) == {}
     silent = {key: value for key, value in stated["instruments"][0].items() if not key.startswith("reference")}
     assert set(calibration.without_reference({**stated, "instruments": [silent]}, asked)) == {"capacitance"}

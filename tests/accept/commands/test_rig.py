@@ -9,7 +9,7 @@ from scipy.io import savemat
 from typer.testing import CliRunner
 
 from accept.cli.main import app
-from accept.judging import judge_unit
+from accept.judging import judge_unit, load_spec
 from accept.models.model_file import open_model
 from accept.simulate.unit import UnitRequest, simulate, write
 from accept.units import toml_edit, unit_folder
@@ -67,9 +67,9 @@ def file_log(source: Path, target: Path) -> None:
 
 
 def responses_of(folder: Path) -> dict[str, float | None]:
-    spec = judge_unit.load_spec("strut")
+    spec = load_spec("strut")
     only = spec.model_copy(update={"checks": {"frf": spec.checks["frf"]}})
-    return {f.quantity: f.value for f in judge_unit.judge_unit(unit_folder.read(folder), only).findings}
+    return {f.quantity: f.value for f in judge_unit(unit_folder.read(folder), only).findings}
 
 
 def run(*words: object):

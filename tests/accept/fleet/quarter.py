@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[3]))
-from accept.judging.golden import name_golden
+from accept.fleet.golden import name_golden
 from accept.store import NewEvent, Store, open_store
 from tests.accept.fleet.judgements import add, judgement
 

@@ -11,18 +11,18 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from accept.base.home import home
+from accept.batch import services
 from accept.certificate.trust import keys
-from accept.fleet import gauge
+from accept.fleet import gauge, golden
+from accept.fleet.golden import BenchStopped
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements
 from accept.fleet.trend import trends
 from accept.fleet.yields import yields
-from accept.judging import golden
-from accept.judging.decisions import DecisionError, Signer
-from accept.judging.golden import BenchStopped
 from accept.pictures.draw import figure_of
 from accept.pictures.style import settings
 from accept.store import open_store
+from accept.store.decisions import DecisionError, Signer
 from accept.store.payloads import BenchStated, GoldenResolved
 from accept.store.seal import Sealer
 from checks.picture import Line, Text
@@ -80,8 +80,7 @@ def test_a_bench_that_has_changed_judges_nothing_until_it_is_resolved(store, cha
 def test_a_batch_that_is_under_way_stores_no_verdict_either(store, tmp_path, monkeypatch):
     today(store, sensor_uF=5.1)
     make_unit(tmp_path / "u", "U-1")
-    asked, now = [], golden.missed
-    monkeypatch.setattr(golden, "missed", lambda s: asked.append(s) or (now(s) if len(asked) > 1 else None))
+    monkeypatch.setattr(services, "missed", lambda _: None)  # when the batch began
     done = accept("batch", tmp_path / "u", "--out", tmp_path / "out", "--no-certificates")
     assert done.exit_code == 6, done.output
     assert "U-1: not judged" in done.output

@@ -15,7 +15,7 @@ from accept.commands.fleet import selection
 from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.fleet.site.page_data import document
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.store import store as store_module
 from tests.accept.fleet.judgements import U, add, judgement

@@ -14,10 +14,10 @@ from accept.fleet.matched_sets import pool
 from accept.fleet.measurements import measurements
 from accept.fleet.trend import trends
 from accept.fleet.yields import pareto, yields
-from accept.judging.decisions import DecisionError, Signer
-from accept.judging.parts import part_doubts
-from accept.judging.voids import VoidError, void, voids
+from accept.judging.reservations.parts import part_doubts
+from accept.judging.reservations.void_attempts import VoidError, void, voids
 from accept.store import fold, open_store
+from accept.store.decisions import DecisionError, Signer
 from accept.store.payloads import AttemptVoided
 from tests.accept.certificate.verify.test_statements import certified, plainly, verified
 from tests.accept.fleet.judgements import add, judgement

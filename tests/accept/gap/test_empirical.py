@@ -14,7 +14,7 @@ from accept.models.model_file import open_model, open_model_file
 from checks.errors import ModelError
 from checks.fitting import Dataset
 from checks.gap import Inputs, fit_element, run
-from checks.model import UnidentifiedElement, unidentified_element
+from checks.model import UnidentifiedElement
 from checks.model.time.partial_fractions import paths
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, recorded
 from validation.rational import lowpass, resonance
@@ -80,7 +80,7 @@ def test_written_reopened_and_never_worse(tmp_path: Path) -> None:
 
 def test_the_response_in_time_is_that_in_frequency() -> None:
     strut = open_model("strut")
-    model = replace(strut, values=strut.values | unidentified_element(GIVEN, "file").values())
+    model = replace(strut, values=strut.values | UnidentifiedElement.of_entry(GIVEN, "file").values())
     f = np.array([50.0, 610.0, 620.0, 635.0, 900.0])
     expected = model.frf(f, channels=("Vs",))[:, 0]
     np.testing.assert_allclose(paths(model)["Vs"].at(2j * np.pi * f), expected, rtol=1e-9)
@@ -101,12 +101,12 @@ def test_the_response_in_time_is_that_in_frequency() -> None:
 )
 def test_what_is_wrong_in_a_file_is_said(change: dict, said: str) -> None:
     with pytest.raises(ModelError) as e:
-        unidentified_element(GIVEN | change, "file")
+        UnidentifiedElement.of_entry(GIVEN | change, "file")
     assert said in str(e.value)
 
 
 def test_values_and_back() -> None:
-    one = unidentified_element(GIVEN, "file")
+    one = UnidentifiedElement.of_entry(GIVEN, "file")
     assert isinstance(one, UnidentifiedElement)
     np.testing.assert_allclose(one.factor(np.array([0.0])), 1.0)
 

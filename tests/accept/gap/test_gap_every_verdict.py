@@ -22,7 +22,7 @@ from accept.models.model_file import open_model, open_model_file
 from checks.fitting import Dataset
 from checks.fitting.identifiability import TWO_SIDED
 from checks.gap import EFFECTS, EXPERIMENT_KINDS, ConditionTrial, Inputs, run, under_experiment, with_effects
-from checks.model import unidentified_element
+from checks.model import UnidentifiedElement
 from tests.checks.gap.shared.experiment_cases import DAMPERS, SPRINGS, known
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, recorded
 
@@ -35,7 +35,7 @@ def odd_mode(zero_Hz: float) -> Any:
     """A mode that all channels share as a factor: no effect of the library does that. The nearer its zeros lie to its
     poles, the less it moves."""
     of = {"channel": "Vs", "gain": 1.0, "poles": [[420.0, 0.01]], "zeros": [[zero_Hz, 0.01]]}
-    return unidentified_element(of, "odd mode")
+    return UnidentifiedElement.of_entry(of, "odd mode")
 
 
 WEAK, STRONG = 423.0, 441.0

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from accept.gap.unit_responses import SEARCH_LO, Responses, realisations
-from checks.fitting import dataset_from_records
+from checks.fitting import Dataset
 from checks.record import Record
 from tests.shared.strut_records import strut_record
 
@@ -13,7 +13,7 @@ MERGE_HZ = 340.0
 
 
 def measured(first: Record, second: Record) -> Responses:
-    A, B = (dataset_from_records(r, f_lo=SEARCH_LO, f_hi=MERGE_HZ) for r in (first, second))
+    A, B = (Dataset.from_records(r, f_lo=SEARCH_LO, f_hi=MERGE_HZ) for r in (first, second))
     return Responses("R-1", "strut", A, B, MERGE_HZ, records={"low": first, "low_repeat": second})
 
 

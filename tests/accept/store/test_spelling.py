@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.spelling import difference, look_alike, look_key
-from accept.judging.folder_name import confirm, unconfirmed
+from accept.judging.reservations.folder_name import tell_apart, unconfirmed
 from accept.store import Event, Store, open_store
 from accept.store.payloads import AttemptStarted, EntryUndone
 
@@ -58,8 +58,8 @@ def test_the_later_of_two_is_asked_about_until_it_is_confirmed() -> None:
         assert unconfirmed(store, "APA-1O") == ["APA-10"]
         begin(store, "APA-1O")
         assert unconfirmed(store, "APA-10") == []  # it was here first
-        confirm(store, "APA-1O", "Ben")
-        confirm(store, "APA-1O", "Ben")
+        tell_apart(store, "APA-1O", "Ben")
+        tell_apart(store, "APA-1O", "Ben")
         assert unconfirmed(store, "APA-1O") == []
         said = list(store.events("APA-1O", "serial_confirmed"))
         assert [(e.who, e.data["unlike"]) for e in said] == [("Ben", ["APA-10"])]

@@ -12,7 +12,7 @@ from random import Random
 import pytest
 
 from accept.base.documents.results import UnitHeader
-from accept.judging.parts import part_doubts
+from accept.judging.reservations.parts import part_doubts
 from accept.store import NewEvent, Store, StoreError, indexes, open_store
 from accept.store.backup import back_up, restore
 from tests.accept.batch.killing import Points, fork

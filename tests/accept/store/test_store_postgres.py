@@ -15,7 +15,7 @@ from sqlalchemy.exc import DBAPIError
 
 from accept.batch import judge_batch
 from accept.batch.judge_batch import BatchRequest
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import NewEvent, Store, StoreError, StoreHead, check_lines, open_store
 from accept.store.event import digest
 from tests.accept.batch.killing import TIMEOUT_S

@@ -21,9 +21,9 @@ from accept.workflow.entry.parse_entry import doubt, passing_range, usual_range
 from accept.workflow.worker.judging import judge_step
 from checks.acceptance import CHECKS
 from checks.declare import Series
-from hw.records.writers import write_csv
 from specs.spec import Limit
 from tests.accept.tui.tui_help import HEIGHTS, begin, loader, press, running, settled, type_line, words
+from tests.shared.record_files import write_csv
 from tests.soak import SOAK
 
 ENTRIES = st.lists(st.integers(-199, 199).map(lambda n: n / 4), min_size=8, max_size=8)

@@ -15,7 +15,7 @@ from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
 
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
@@ -38,7 +38,6 @@ from checks.declare import Measured, Series
 from checks.errors import RecordError
 from checks.rounding import rounded
 from checks.verdict import UnitVerdict, Verdict
-from hw.records.writers import write_csv, write_mat
 from specs.strict import toml_of
 from tests.accept.tui.tui_help import (
     HEIGHTS,
@@ -55,6 +54,7 @@ from tests.accept.tui.tui_help import (
     type_line,
     words,
 )
+from tests.shared.record_files import write_csv, write_mat
 
 WHY = "the rest is measured tomorrow"
 AGO_S = 100.0  # the records were written to their ends

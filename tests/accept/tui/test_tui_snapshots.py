@@ -16,7 +16,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input
 
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store.payloads import StepJudged
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens import start
@@ -29,7 +29,6 @@ from accept.workflow.session import Session, panel_cache
 from accept.workflow.steps.overview import Drift, Week
 from checks.picture import Image, Line, Mark, Panel
 from checks.verdict import Finding, Verdict
-from hw.records.writers import write_csv
 from tests.accept.tui.tui_help import (
     HEIGHTS,
     NARROW,
@@ -44,6 +43,7 @@ from tests.accept.tui.tui_help import (
 )
 from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.shared.record_files import write_csv
 
 pytestmark = pytest.mark.skipif("NO_COLOR" in os.environ, reason="pictures are compared with their colours")
 SIZES = pytest.mark.parametrize("size", [NARROW, (100, 30), WIDE], ids=["80x24", "100x30", "140x40"])

@@ -10,8 +10,8 @@ import pytest
 from textual.widgets import OptionList
 
 from accept.base.home import home
+from accept.judging import default_spec, judge_unit
 from accept.judging.advice import first_advice
-from accept.judging.judge_unit import default_spec, judge_unit
 from accept.simulate import FAULTS, UnitRequest, simulate, write
 from accept.simulate.faults import remedies
 from accept.simulate.unit_request import SHORT_S

@@ -8,7 +8,7 @@ from textual.widgets import DataTable, Input
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.tui.screens.summary import Summary
 from accept.tui.widgets.step_list import StepList

@@ -12,9 +12,8 @@ from typer.testing import CliRunner
 from accept.base.documents.results import Information, UnitRecord
 from accept.batch.table import actions
 from accept.cli.main import app
+from accept.judging import judge_unit, load_spec, without_bench_errors
 from accept.judging.advice import ADVICE, action
-from accept.judging.bench_errors import without_bench_errors
-from accept.judging.judge_unit import judge_unit, load_spec
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, simulate, write
 from accept.units import unit_folder

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from accept.judging import calibration, judge_unit
+from accept.judging import calibration, judge_unit, load_spec
 from accept.units import unit_folder
 from checks.cause import Cause, because
 from checks.verdict import Verdict
@@ -35,14 +35,14 @@ def bench_text(**due: str) -> str:
 
 
 def judged(tmp_path: Path, text: str, on: datetime.date = TODAY):
-    spec = judge_unit.load_spec("apa-basic")
+    spec = load_spec("apa-basic")
     stated = calibration.statement(parse_bench(text.encode(), "bench.toml"), spec.checks, on)
-    return judge_unit.judge_unit(unit_folder.read(make_unit(tmp_path / "U")), spec, stated)
+    return judge_unit(unit_folder.read(make_unit(tmp_path / "U")), spec, stated)
 
 
 def test_valid_calibrations_change_nothing_but_are_named(tmp_path):
-    spec = judge_unit.load_spec("apa-basic")
-    without = judge_unit.judge_unit(unit_folder.read(make_unit(tmp_path / "U")), spec)
+    spec = load_spec("apa-basic")
+    without = judge_unit(unit_folder.read(make_unit(tmp_path / "U")), spec)
     result = judged(tmp_path, bench_text())
     assert result.findings == without.findings
     assert result.verdict == without.verdict == "accepted"
@@ -77,10 +77,10 @@ def test_the_day_of_measuring_counts(tmp_path, day, calibrated, words):
     if day:
         with (folder / "unit.toml").open("a") as file:
             file.write(f"[measured]\nstroke = {day}\n")
-    spec = judge_unit.load_spec("apa-basic")
+    spec = load_spec("apa-basic")
     stated = calibration.statement(parse_bench(text.encode(), "bench.toml"), spec.checks, TODAY)
     unit = unit_folder.read(folder, latest=datetime.date.max)  # the day of judging is the statement's here
-    reason = {f.quantity: f for f in judge_unit.judge_unit(unit, spec, stated).findings}["stroke_um"].reason
+    reason = {f.quantity: f for f in judge_unit(unit, spec, stated).findings}["stroke_um"].reason
     assert reason is None if words is None else words in reason
 
 
@@ -172,9 +172,9 @@ def test_a_certificate_whose_calibration_was_prettied_is_refused(tmp_path):
     from accept.certificate.verify.result_diff import differences
 
     folder = make_unit(tmp_path / "U")
-    spec = judge_unit.load_spec("apa-basic")
+    spec = load_spec("apa-basic")
     stated = calibration.statement(parse_bench(bench_text(stroke="2020-01-01").encode(), "b"), spec.checks, TODAY)
-    result = judge_unit.judge_unit(unit_folder.read(folder), spec, stated).to_json()
+    result = judge_unit(unit_folder.read(folder), spec, stated).to_json()
     text = {"unit.toml": (folder / "unit.toml").read_bytes()}
     content = CertificateContent(result, spec.name, spec.title, spec.text, "Ann", files=text)
     assert not differences(result, rejudge(content).to_json())

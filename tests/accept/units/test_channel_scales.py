@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 from scipy.io import loadmat, savemat
 
-from accept.judging import calibration
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import calibration, judge_unit, load_spec
 from accept.units import unit_folder
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict

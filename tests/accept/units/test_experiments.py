@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from accept.commands.bench.simulate import SimulateOptions, experiment_of, request_of
-from accept.judging.judge_unit import judge_unit
+from accept.judging import judge_unit
 from accept.models.model_file import open_model
 from accept.simulate import SimulatedUnit, UnitRequestError, simulate, write
 from accept.units import unit_folder

@@ -23,8 +23,7 @@ from accept.certificate.page.document import render
 from accept.certificate.verify.attachments import check_result
 from accept.certificate.verify.rejudge import read_unit
 from accept.cli.main import app
-from accept.judging import calibration
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import calibration, judge_unit, load_spec
 from accept.pictures.labels import CHANNELS, LONGEST_INPUTS, inputs_words
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE

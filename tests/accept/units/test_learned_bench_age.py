@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from accept.judging import judge_unit as judging
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge as judging
+from accept.judging import judge_unit, load_spec
 from accept.judging.learned_bench import learned_bench_problem
 from accept.models.evidence import Models
 from accept.units.unit_folder import read

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from accept.capture import recipes
 from accept.cli.main import app
 from accept.commands.bench import hw
-from accept.judging import judge_unit
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.units import toml_edit, unit_folder
 from accept.workflow import certify
@@ -111,7 +111,7 @@ def followed(unit: Path, line: Line, peer: Moving, technician: type[Technician] 
 
 
 def stiffnesses(unit: Path) -> dict[str, float]:
-    result = judge_unit.judge_unit(unit_folder.read(unit), judge_unit.load_spec("apa"))
+    result = judge_unit(unit_folder.read(unit), load_spec("apa"))
     found = {f.quantity: f for f in result.findings}
     return {name: found[name].value for name in ("k_closed_N_per_um", "k_open_N_per_um")}
 

@@ -7,7 +7,7 @@ import pytest
 
 from accept.capture.operator_actions import Person, Player
 from accept.capture.recipes import voltages, voltages_by_hand
-from accept.judging import judge_unit
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.workflow.capture import measure_folder
@@ -70,8 +70,8 @@ def test_a_stroke_set_by_hand_is_judged(tmp_path):
             gauge = open_instrument("gauge", entry, nobody)
             measure_folder(folder, "stroke", BenchInstrument("gauge", gauge, entry), Person(obey), store, "T")
     assert len(asked) == 2 * (1 + 31)
-    spec = judge_unit.load_spec("apa-basic")
-    result = judge_unit.judge_unit(unit_folder.read(folder), spec)
+    spec = load_spec("apa-basic")
+    result = judge_unit(unit_folder.read(folder), spec)
     (stroke,) = (f for f in result.findings if f.quantity == "stroke_um")
     assert stroke.verdict == "pass"
     assert abs(stroke.value - 373.2) <= stroke.U

@@ -2,7 +2,7 @@
 
 import pytest
 
-from accept.judging.judge_unit import judge_unit
+from accept.judging import judge_unit
 from accept.units.unit_folder import UnitError, read
 from specs.spec import load
 

@@ -11,7 +11,7 @@ import pytest
 from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.trust import keys
 from accept.gap import analyse_unit
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.units import loaded_unit, unit_folder
 from accept.units.loaded_unit import LoadedUnit

@@ -13,7 +13,7 @@ from accept.base.documents.results import UnitRecord
 from accept.certificate import CertificateContent, InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.cli.main import app
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit

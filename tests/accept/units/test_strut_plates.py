@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from accept.analysis.misalignment import estimate_unit
 from accept.base.documents.results import UnitRecord
 from accept.cli.main import app
-from accept.judging.judge_unit import default_spec, judge_unit, load_spec
+from accept.judging import default_spec, judge_unit, load_spec
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, UnitRequestError, simulate, write
 from accept.simulate.records import axial_Hz

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from accept.base.documents.results import UnitRecord
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
 from checks.cause import Cause, because

@@ -15,11 +15,11 @@ from accept.base.home import home
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.cli.main import app
-from accept.judging import golden
-from accept.judging.decisions import DecisionError, Signer
-from accept.judging.judge_unit import load_spec
-from accept.judging.nonconformance import decide
+from accept.fleet import golden
+from accept.judging import load_spec
+from accept.judging.reservations.nonconformance import decide
 from accept.store import Store, open_store
+from accept.store.decisions import DecisionError, Signer
 from accept.store.payloads import CertificateSigned, Decision, EntryUndone, NonconformanceDecided
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError

@@ -15,8 +15,8 @@ from accept.base.home import home
 from accept.certificate import InvalidCertificate, content_of, read_contents
 from accept.certificate.page.document import render
 from accept.certificate.verify import attachments
-from accept.judging.judge_unit import judge_unit, load_spec
-from accept.judging.nonconformance import open_nonconformances
+from accept.judging import judge_unit, load_spec
+from accept.judging.reservations.nonconformance import open_nonconformances
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.workflow import certify
@@ -82,7 +82,7 @@ def test_a_photo_is_copied_hashed_and_named_on_the_certificate(session: Session,
 
 
 def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session, photo: Path):
-    certify.keys.init(session.home, "correct horse", "Ann")
+    certify.trust.init(session.home, "correct horse", "Ann")
     session.entries.note("capacitance", "scratch", files=[photo])
     session.entries.note("capacitance", "flexure cracked", True, [photo])
     assert DIGEST in judge_whole_unit(session).nonconformances[0]
@@ -93,7 +93,7 @@ def test_a_certificate_with_a_photo_verifies_and_names_its_hash(session: Session
 
 
 def test_a_picture_is_printed_if_it_is_asked_for_and_verified(session: Session, tmp_path: Path):
-    certify.keys.init(session.home, "correct horse", "Ann")
+    certify.trust.init(session.home, "correct horse", "Ann")
     photo = tmp_path / "crack.png"
     Image.effect_noise((3000, 1500), 60.0).save(photo)
     session.entries.note("capacitance", "scratch", files=[photo], printed=True)

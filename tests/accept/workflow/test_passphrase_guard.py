@@ -7,7 +7,7 @@ import pytest
 from accept.base.home import home
 from accept.certificate import SigningRefused
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.workflow import certify
 from accept.workflow.bench import Workbench

@@ -11,7 +11,7 @@ from accept.base.home import home
 from accept.capture.operator_actions import StagedOperator
 from accept.capture.reading_loop import CaptureStopped
 from accept.commands.bench.simulate_bench import recorder_entry
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.simulate import recorder as simulated
 from accept.simulate.recorder import SimulatedConverter
 from accept.store import open_store

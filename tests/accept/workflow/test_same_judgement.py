@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.cli.main import app
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.workflow import certify
 from accept.workflow.session.open_session import open_session

@@ -7,7 +7,7 @@ import pytest
 
 from accept.base.documents.results import Information
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.simulate import UnitRequest, simulate, write
 from accept.simulate.unit_request import SHORT_S
 from accept.store import Store, open_store

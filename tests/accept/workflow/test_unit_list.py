@@ -4,7 +4,7 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import default_specs, load_spec
+from accept.judging import default_specs, load_spec
 from accept.store import Store, open_store
 from accept.workflow import certify
 from accept.workflow.entry.shift import IDLE_S, SHIFT_S, SigningShift
@@ -107,7 +107,7 @@ def test_units_of_all_kinds_say_state_who_and_when(store: Store):
 
 
 def test_what_is_signed_waits_for_nothing(store: Store):
-    certify.keys.init(home(), "correct horse", "Ann")
+    certify.trust.init(home(), "correct horse", "Ann")
     unit(store, "APA-01", *VALUES, "flatness")
     session = open_session(store, home(), SPEC, "Ann", "APA-01")
     judge_whole_unit(session)

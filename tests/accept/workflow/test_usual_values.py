@@ -3,7 +3,7 @@
 from statistics import median
 
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import Store, open_store
 from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
 from accept.workflow.session.judgements import FEWEST, earlier_values

@@ -10,10 +10,10 @@ from pypdf import PdfReader
 from accept.base.home import home
 from accept.certificate import DispositionError, SigningRefused, Verification, read_contents
 from accept.certificate.trust import keys
-from accept.judging import golden
-from accept.judging.decisions import Signer
-from accept.judging.judge_unit import load_spec
+from accept.fleet import golden
+from accept.judging import load_spec
 from accept.store import Store, open_store
+from accept.store.decisions import Signer
 from accept.store.payloads import CertificateSigned, EntryUndone, GoldenMissed, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify
@@ -27,7 +27,7 @@ from accept.workflow.worker.judging import Elsewhere, judge_here, judge_step, ju
 from accept.workflow.worker.not_done import NotDone
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
-from hw.records.writers import write_csv
+from tests.shared.record_files import write_csv
 
 REASON = "only the stroke was wanted"
 HEIGHTS = (0, -2.5, -3, 0, -1.5, 1, -2, -4)  # APA 2 of [STB] 2.1.2
@@ -68,7 +68,7 @@ def fill(session: Session, k: float = 1.75) -> None:
 
 
 def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     fill(session)
     assert judge_whole_unit(session).verdict == "accepted"
     report = certify.Signing(session).sign("correct horse")
@@ -82,7 +82,7 @@ def test_a_unit_from_first_entry_to_verified_certificate(session: Session):
 @pytest.fixture
 def signed(session: Session) -> Path:
     """An accepted certificate, which the technician has signed."""
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     fill(session)
     assert judge_whole_unit(session).verdict == "accepted"
     assert certify.Signing(session).sign("correct horse").valid
@@ -150,7 +150,7 @@ def test_a_unit_that_is_judged_meanwhile_is_not_countersigned(
 
 
 def test_a_unit_that_is_not_accepted_is_signed_with_a_reason_only(session: Session):
-    certify.keys.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
+    certify.trust.init(session.home, "correct horse", "Ann", "Quinn", "battery staple")
     take(session, "stroke", "stroke_um", 365.5)
     assert judge_whole_unit(session).verdict == "incomplete"
     for nothing in ("", "  ", "x" * 121):
@@ -170,7 +170,7 @@ def test_nothing_is_signed_without_the_passphrase(session: Session):
     certify.Signing(session).make_keys("correct horse")
     fill(session)
     for wrong in ("", "wrong"):
-        with pytest.raises(certify.keys.KeysError):
+        with pytest.raises(certify.trust.KeysError):
             certify.Signing(session).sign(wrong)
     assert session.attempt.certificate is None
     assert not list(session.store.events(what="certificate_signed"))

@@ -8,8 +8,7 @@ import pytest
 import tomlkit
 
 from accept.base.home import home
-from accept.judging import judge_unit
-from accept.judging.judge_unit import load_spec
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.units import unit_folder
 from accept.units.unit_folder import UnitError
@@ -23,9 +22,9 @@ from accept.workflow.steps.status import Status
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from accept.workflow.worker.process import WorkerProcess
 from checks.declare import Measured
-from hw.records.writers import write_csv
 from specs.bench import ChannelSource
 from tests.accept.workflow.test_workflow import fill, take
+from tests.shared.record_files import write_csv
 
 UNIT = {
     "serial": "APA-05",
@@ -85,7 +84,7 @@ def test_a_folder_is_taken_up_as_it_is(folder: Path):
     assert mine.sections.keys() == theirs.sections.keys()
     assert mine.sections["capacitance"].entries == theirs.sections["capacitance"].entries
     assert dict(mine.measured) | {"stroke": None} == dict(theirs.measured) | {"stroke": None}
-    again = judge_unit.judge_unit(theirs, load_spec("apa-basic"))
+    again = judge_unit(theirs, load_spec("apa-basic"))
     assert verdict.findings == again.findings  # the same as a batch over the folder says
 
 

@@ -6,7 +6,7 @@ import queue
 import pytest
 
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.store.instrument_recall import touched
 from accept.workflow.entry.parse_entry import EntryError

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from accept.judging.judge_unit import spec_warnings
+from accept.judging import spec_warnings
 from checks.acceptance.common.typed_value import typed_quantity, with_temperature
 from checks.acceptance.responses.gains import gain_quantities
 from checks.declare import Measured

@@ -11,8 +11,7 @@ import pytest
 from accept.base.documents.results import UnitRecord
 from accept.capture.recipes import voltages
 from accept.capture.watch_folder import WatchedFolder, pick_up
-from accept.judging import judge_unit
-from accept.judging.calibration import statement
+from accept.judging import judge_unit, load_spec, statement
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate, write
 from accept.simulate.bench_truth import world_of
@@ -79,9 +78,9 @@ def from_the_rig(truth: Path, rig: Path, folder: Path) -> None:
 
 
 def judged(folder: Path, bench: Path | None = None) -> UnitRecord:
-    spec = judge_unit.load_spec("apa")
+    spec = load_spec("apa")
     stated = statement(load_bench(bench), spec.checks, datetime.now(UTC).date()) if bench else None
-    return judge_unit.judge_unit(unit_folder.read(folder), spec, stated)
+    return judge_unit(unit_folder.read(folder), spec, stated)
 
 
 def test_it_is_judged_as_the_unit_that_stands_on_the_bench(whole: tuple[Path, Path]) -> None:

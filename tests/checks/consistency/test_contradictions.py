@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.documents.results import UnitRecord
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.units import unit_folder
 from checks.cause import Cause
 from checks.consistency.contradictions import check_consistency

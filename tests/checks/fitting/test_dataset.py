@@ -8,7 +8,7 @@ import pytest
 from scipy import signal, stats
 
 from checks.errors import RecordError
-from checks.fitting.dataset import STEP, Dataset, dataset_from_records, dataset_of, simulated
+from checks.fitting.dataset import STEP, Dataset, simulated
 from checks.fitting.goodness import gaps, overall
 from checks.fitting.whitener import NARROW, SCALES_OCTAVES, SHARE, whitener
 from checks.record import Record
@@ -39,7 +39,7 @@ def record(seed: int, sigma: float = 0.05, line_Hz: float = 0.0) -> Record:
 def test_errors_have_the_stated_covariance_and_are_independent_between_bins() -> None:
     ratios, between = [], []
     for seed in range(4):
-        data = dataset_from_records(record(seed), f_lo=20.0, f_hi=2000.0)
+        data = Dataset.from_records(record(seed), f_lo=20.0, f_hi=2000.0)
         z = (data.H - truth(data.f)) / np.sqrt(data.noise)
         ratios.append(np.abs(z) ** 2)
         between.append(np.mean(z[1:] * z[:-1].conj()))
@@ -52,8 +52,8 @@ def test_errors_have_the_stated_covariance_and_are_independent_between_bins() ->
 
 
 def test_shared_noise_has_many_degrees_of_freedom() -> None:
-    data = dataset_from_records(record(0), f_lo=20.0, f_hi=2000.0)
-    own = dataset_of(lpm_record(record(0), "Va", OUTPUTS, 20.0, 2000.0, step=STEP))
+    data = Dataset.from_records(record(0), f_lo=20.0, f_hi=2000.0)
+    own = Dataset.of(lpm_record(record(0), "Va", OUTPUTS, 20.0, 2000.0, step=STEP))
     assert np.median(data.nu) == 35.0  # five windows of seven
     assert np.median(own.nu) == 7.0
     # the log of a mean of n exponentials has the variance 1 / n; what the input's power adds is in both
@@ -62,8 +62,8 @@ def test_shared_noise_has_many_degrees_of_freedom() -> None:
 
 
 def test_a_line_of_the_mains_keeps_its_own_noise_and_harms_no_neighbour() -> None:
-    quiet = dataset_from_records(record(3), f_lo=20.0, f_hi=400.0)
-    hum = dataset_from_records(record(3, line_Hz=150.0), f_lo=20.0, f_hi=400.0)
+    quiet = Dataset.from_records(record(3), f_lo=20.0, f_hi=400.0)
+    hum = Dataset.from_records(record(3, line_Hz=150.0), f_lo=20.0, f_hi=400.0)
     at = np.abs(hum.f - 150.0) < 0.5
     assert at.sum() == 1
     assert (hum.noise[at] > 100 * quiet.noise[at]).all()
@@ -75,8 +75,8 @@ def test_a_line_of_the_mains_keeps_its_own_noise_and_harms_no_neighbour() -> Non
 
 
 def test_bands_join_at_the_merging_frequency() -> None:
-    data = dataset_from_records(record(0), record(1), 350.0, f_lo=20.0, f_hi=1000.0)
-    low, high = (dataset_from_records(record(k), f_lo=20.0, f_hi=1000.0) for k in (0, 1))
+    data = Dataset.from_records(record(0), record(1), 350.0, f_lo=20.0, f_hi=1000.0)
+    low, high = (Dataset.from_records(record(k), f_lo=20.0, f_hi=1000.0) for k in (0, 1))
     below = int(np.sum(low.f <= 350.0))
     np.testing.assert_array_equal(data.H[:below], low.H[:below])
     assert (np.diff(data.f) > 0).all()
@@ -101,7 +101,7 @@ def test_refusals_name_the_value(arguments: dict, words: str) -> None:
     given = dict(arguments)
     high = record(1) if given.pop("high", False) else None
     with pytest.raises(RecordError, match=words):
-        dataset_from_records(record(0), high, **given)
+        Dataset.from_records(record(0), high, **given)
 
 
 def test_select_and_band_keep_the_rows_together() -> None:
@@ -197,7 +197,7 @@ def test_p_of_G_is_uniform_where_nothing_is_wrong() -> None:
 
 def test_a_kept_dataset_whitens_the_same_and_takes_the_room_of_its_arrays() -> None:
     """Red before: 14.8 MB for 0.5 MB of arrays."""
-    data = replace(dataset_from_records(record(5), f_lo=20.0, f_hi=2000.0), tolerance=0.01)
+    data = replace(Dataset.from_records(record(5), f_lo=20.0, f_hi=2000.0), tolerance=0.01)
     residual = 0.02 * data.H
     white = data.whitener(residual)
     kept = pickle.dumps(data)

@@ -12,7 +12,7 @@ from checks.declare import Series
 from checks.errors import ModelError, NotHeld
 from checks.fitting.calibrate import calibrate
 from checks.fitting.coordinates import Coordinates, Free
-from checks.fitting.dataset import Dataset, dataset_from_records, simulated
+from checks.fitting.dataset import Dataset, simulated
 from checks.fitting.fit import Fit, FitPoint, finish, fit, free_of
 from checks.fitting.goodness import gaps
 from checks.fitting.response import Response
@@ -256,7 +256,7 @@ def recorded(folder: Path, tolerance: float, which: str = "") -> Dataset:
     series = Series("frf", "records", {"t": "s", "Va": "V", "Vs": "V", "de": "m", "da": "m"})
     names = (f"frf_noise{which}.mat", f"frf_noise_hf{which}.mat")
     low, high = (read(folder / name, series) for name in names)
-    return dataset_from_records(low, high, 350.0, tolerance=tolerance)
+    return Dataset.from_records(low, high, 350.0, tolerance=tolerance)
 
 
 def test_the_wrong_model_file_shows(recorded_units: RecordedUnits) -> None:

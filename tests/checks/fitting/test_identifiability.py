@@ -8,7 +8,7 @@ from checks.errors import ModelError
 from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset, simulated
 from checks.fitting.fit import Fit, fit
-from checks.fitting.identifiability import identifiability, likelihood_profile
+from checks.fitting.identifiability import LikelihoodProfile, identifiability
 from tests.checks.fitting.function_response import FunctionResponse
 
 
@@ -59,7 +59,7 @@ def test_the_profile_of_a_straight_line_is_the_parabola_of_fisher() -> None:
     data = measured((2.0 + 3.0 * F)[:, None] + 0j, 0.1)
     found = fit(line, data, [Free("a.x", 1.0, scale=1.0), Free("b.x", 1.0, 2.0)])  # b with a prior
     for name in ("a.x", "b.x"):
-        it = likelihood_profile(found, name)
+        it = LikelihoodProfile.of(found, name)
         z = (it.values - found.at[name]) / found.sds[name]
         np.testing.assert_allclose(it.fall, 0.5 * z**2, rtol=1e-3, atol=1e-3)
         np.testing.assert_allclose(it.ci95, found.interval(name), rtol=1e-3)
@@ -71,11 +71,11 @@ def test_an_end_that_the_data_do_not_show_is_open() -> None:
     lag = FunctionResponse(lambda v, f, _: (1.0 / (1.0 + 1j * f / v["lag.f"]))[:, None], {"lag.f": 1e-3})
     data = measured(np.ones((F.size, 1), complex), 0.3)
     found = fit(lag, data, [Free("lag.f", 30.0, lo=0.1, scale=10.0)])
-    it = likelihood_profile(found, "lag.f")
+    it = LikelihoodProfile.of(found, "lag.f")
     assert it.ci95[1] == np.inf
     assert 0.0 < it.ci95[0] < found.at["lag.f"]
 
 
 def test_a_profile_of_a_strange_name_is_refused() -> None:
     with pytest.raises(ModelError, match=r"effect\.a"):
-        likelihood_profile(fit_of([[4.0]]), "b")
+        LikelihoodProfile.of(fit_of([[4.0]]), "b")

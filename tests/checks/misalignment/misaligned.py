@@ -8,7 +8,7 @@ import numpy as np
 from accept.models.model_file import open_model
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
-from checks.misalignment.table import MisalignmentTable, grid, table_frequencies, table_row
+from checks.misalignment.table import MisalignmentTable, grid, table_frequencies
 from checks.model import Model, is_mode_factor
 from tests.checks.model.units_model import NOMINAL
 
@@ -54,7 +54,9 @@ def seen(H: np.ndarray, rng: np.random.Generator) -> Dataset:
 def table_of(model: Model, nx: int = 21, ny: int = 21) -> MisalignmentTable:
     """A small table, in memory."""
     f, (dx, dy) = table_frequencies(), grid(model, nx, ny)
-    return MisalignmentTable(dx, dy, f, np.array([table_row(model, x, dy, f) for x in dx]), model.name, model.sha256)
+    return MisalignmentTable(
+        dx, dy, f, np.array([MisalignmentTable.row(model, x, dy, f) for x in dx]), model.name, model.sha256
+    )
 
 
 @lru_cache

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from accept.analysis import misalignment
 from accept.cli.main import app
 from accept.gap.unit_responses import responses
-from accept.judging import judge_unit
+from accept.judging import judge_unit, load_spec
 from accept.models.lookup_cache import table_for
 from accept.models.model_file import open_model
 from accept.units import unit_folder
@@ -231,10 +231,10 @@ def own_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_check_in_a_campaign(recorded_units: RecordedUnits) -> None:
     """S-02 is out of limits along y by far; its section is [frf], and both checks read it."""
-    spec = judge_unit.load_spec("strut")
+    spec = load_spec("strut")
     assert spec.checks["misalignment"].limits["dx_um"].assumed
     only = spec.model_copy(update={"checks": {"misalignment": spec.checks["misalignment"]}})
-    result = judge_unit.judge_unit(unit_folder.read(recorded_units.folder("S-02")), only)
+    result = judge_unit(unit_folder.read(recorded_units.folder("S-02")), only)
     found = {f.quantity: f for f in result.findings}
     assert found["dy_um"].verdict == "fail"
     true = recorded_units.truth("S-02")["effects"]["misalignment"]
@@ -257,10 +257,10 @@ def test_misalignment_is_no_section_of_a_unit(tmp_path: Path) -> None:
 
 
 def test_a_model_that_cannot_be_opened_is_no_result(recorded_units: RecordedUnits) -> None:
-    spec = judge_unit.load_spec("strut")
+    spec = load_spec("strut")
     asked = spec.checks["misalignment"].model_copy(update={"settings": {"model": "nowhere.toml"}})
     only = spec.model_copy(update={"checks": {"misalignment": asked}})
-    result = judge_unit.judge_unit(unit_folder.read(recorded_units.folder("S-01")), only)
+    result = judge_unit(unit_folder.read(recorded_units.folder("S-01")), only)
     assert {f.verdict for f in result.findings} == {"no_result"}
     assert "nowhere.toml" in str(result.findings[0].reason)
 

@@ -17,7 +17,7 @@ from accept.models.model_file import open_model
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
 from checks.misalignment.estimate import estimate_misalignment
-from checks.misalignment.table import Likelihood, MisalignmentTable, grid, table_frequencies, table_limits_um, table_row
+from checks.misalignment.table import Likelihood, MisalignmentTable, grid, table_frequencies, table_limits_um
 from checks.model import Model
 from tests.checks.misalignment.misaligned import CHANNELS, F, draw, noise_m_per_V, table_of
 from tests.checks.model.units_model import NOMINAL
@@ -64,14 +64,14 @@ def test_a_row_is_the_models_own_ratio(strut: Model, table: MisalignmentTable) -
 
 def test_gain_and_delay_of_the_drive_drop_out(strut: Model, table: MisalignmentTable) -> None:
     late = strut.with_values({"delay.tau_us": 300.0, "amplifier.f_Hz": 1500.0, "constants.ga_N_per_V": -20.0})
-    assert np.allclose(table_row(late, 0.0, np.array([0.0]), table.f)[0], table.R[10, 10], rtol=1e-5)
+    assert np.allclose(MisalignmentTable.row(late, 0.0, np.array([0.0]), table.f)[0], table.R[10, 10], rtol=1e-5)
 
 
 def test_dz_hardly_shows(strut: Model) -> None:
     """Seed 6.2: 200 um along z change the ratio by less than a twentieth of what they do along y, as a median."""
     f = table_frequencies()
     H = {n: strut.frf(f, {n: 200.0}, CHANNELS) for n in ("misalignment.dz_um", "misalignment.dy_um")}
-    straight = table_row(strut, 0.0, np.array([0.0]), f)[0]
+    straight = MisalignmentTable.row(strut, 0.0, np.array([0.0]), f)[0]
     dz, dy = (np.median(np.abs(h[:, 0] / h[:, 1] / straight - 1)) for h in H.values())
     assert dz < dy / 20
 
@@ -243,7 +243,9 @@ def test_a_killed_build_goes_on(strut: Model) -> None:
     words: quiet = []
     table = build(plan, words.append, 1)
     assert f"{left - 1} of 21 rows are there, going on" in words[0]
-    assert np.allclose(table.R[1, 5], table_row(strut, float(plan.dx[1]), plan.dy[5:6], plan.f)[0], rtol=1e-5)
+    assert np.allclose(
+        table.R[1, 5], MisalignmentTable.row(strut, float(plan.dx[1]), plan.dy[5:6], plan.f)[0], rtol=1e-5
+    )
 
 
 def test_the_commands() -> None:

@@ -18,7 +18,7 @@ from checks.signals.drive.excitation_panels import excitation_panels
 from checks.signals.drive.shapes import Flat, LowPass, Notch, ShapeProduct, notch_at_resonance
 from checks.signals.spectral.frf import h1
 from hw.records import read
-from hw.records.writers import write_mat
+from tests.shared.record_files import write_mat
 
 BENCH = Rig()
 QUICK = Rig(ramp_s=0.5)

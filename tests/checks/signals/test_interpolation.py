@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from checks.fitting import dataset_from_records
+from checks.fitting import Dataset
 from checks.record import Record
 from checks.signals.interpolation import error_notes, errors_of_other_record, interpolation_errors, remove_errors
 from tests.soak import SOAK
@@ -83,8 +83,8 @@ def test_the_responses_are_those_of_the_place() -> None:
     fast, small = moved(3, 0.1, (350.0, 1500.0))
     error = {1.0e-6: (0.0, 8e-9)}
     low, high = record(drive, read(place, error, 2)), record(fast, read(small, error, 3), "high")
-    found = dataset_from_records(low, high, 350.0, channels=("de",), f_hi=700.0)
-    true = dataset_from_records(
+    found = Dataset.from_records(low, high, 350.0, channels=("de",), f_hi=700.0)
+    true = Dataset.from_records(
         record(drive, read(place, {}, 2)), record(fast, read(small, {}, 3), "high"), 350.0, channels=("de",), f_hi=700.0
     )
     near = (found.f > 590) & (found.f < 610)

@@ -10,8 +10,8 @@ from scipy.io import loadmat, savemat
 from checks.declare import CsvTable, Series
 from checks.errors import RecordError
 from hw import records
-from hw.records import writers
 from tests.hw.records import records_files as made
+from tests.shared.record_files import write_csv, write_mat
 
 KNOWN = {"t": "s", "V": "V", "d": "m", "de": "m", "da": "m", "Va": "V", "Vs": "V", "Track1": "N", "Track2": "rad"}
 HAMMER = Series("top", "Impact", {"Track1": "N", "Track2": "rad"}, step="Track1_X_Resolution")
@@ -221,7 +221,7 @@ def test_recorded_units_as_scipy_reads_them(unit, recorded_units):
 
 def test_writers_read_back_exactly_and_write_the_same_bytes(tmp_path):
     data = made.channels()
-    for name, write in (("a.mat", writers.write_mat), ("a.csv", writers.write_csv)):
+    for name, write in (("a.mat", write_mat), ("a.csv", write_csv)):
         write(tmp_path / name, data)
         record = records.read(tmp_path / name, made.SERIES)
         assert np.array_equal(record.t, data["t"])
@@ -232,7 +232,7 @@ def test_writers_read_back_exactly_and_write_the_same_bytes(tmp_path):
 
 
 def test_a_written_mat_file_is_what_scipy_expects(tmp_path):
-    writers.write_mat(tmp_path / "a.mat", {"Track1": [1.0, 2.0], "Track1_X_Resolution": 1e-3})
+    write_mat(tmp_path / "a.mat", {"Track1": [1.0, 2.0], "Track1_X_Resolution": 1e-3})
     found = loadmat(tmp_path / "a.mat")
     assert found["Track1"].tolist() == [[1.0], [2.0]]
     assert found["Track1_X_Resolution"].tolist() == [[1e-3]]

@@ -35,7 +35,7 @@ from accept.commands.trust.bench_keys import demo_credential
 from accept.fleet.judged_again import judged_again
 from accept.gap import analyse_unit
 from accept.gap.analyse_unit import GapAnswer, GapJob
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.models.lookup_cache import Plan, build
 from accept.models.model_file import open_model
 from accept.store import fold, open_store

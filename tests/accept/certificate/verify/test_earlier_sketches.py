@@ -9,7 +9,7 @@ from accept.base.version import code_sha256
 from accept.certificate import InvalidCertificate, content_of
 from accept.certificate.verify.attachments import check_result
 from accept.certificate.verify.rejudge import read_unit
-from accept.judging.judge_unit import judge_unit, load_spec
+from accept.judging import judge_unit, load_spec
 from accept.units import unit_folder
 from accept.units.unit_folder import UNIT_FILE
 from tests.accept.batch.test_copies import unit

@@ -25,7 +25,7 @@ from accept.certificate.trust import authority, key_changes, keys, revocation, s
 from accept.certificate.trust.keys import QA, TECHNICIAN, Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.rejudge import verify_file
-from accept.judging import judge_unit
+from accept.judging import judge_unit, load_spec
 from accept.store import open_store
 from accept.store.seal import own_key
 from accept.units import unit_folder
@@ -61,9 +61,9 @@ def written(folder: Path, sensor: float) -> Path:
 
 def judged(folder: Path, sensor: float = 4.99, spec: str = "apa-basic") -> CertificateContent:
     unit = unit_folder.read(written(folder, sensor))
-    chosen = judge_unit.load_spec(spec)
+    chosen = load_spec(spec)
     return content_of(
-        judge_unit.judge_unit(unit, chosen), chosen, folder, "M. Keller",
+        judge_unit(unit, chosen), chosen, folder, "M. Keller",
         provenance=stated(approval={"builtin": True}),
     )  # fmt: skip
 
@@ -343,12 +343,12 @@ def test_a_spec_is_not_approved_by_a_key_that_was_revoked(bench: Bench, tmp_path
     own = tmp_path / "own.toml"
     text = builtin()["apa-basic"].read_text().replace('"apa-basic"', '"own"')
     own.write_text(text.replace("lower = 4.4", "lower = 0.1"))
-    spec = judge_unit.load_spec(str(own))
+    spec = load_spec(str(own))
     unit = unit_folder.read(written(tmp_path / "u", 1.72))
 
     def verified(since: datetime, compromised: bool) -> Validity:
         said = stated(bench.technician.ca, "APA-02", approval=spec_approval.approve(spec, bench.qa, LATER))
-        contents = content_of(judge_unit.judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
+        contents = content_of(judge_unit(unit, spec), spec, unit.path, "M. Keller", provenance=said)
         revoked = [Revoked(bench.qa.certificate.serial_number, since, compromised)]
         pdf = sign(render(bench_signed(contents)), bench.technician, LATER)
         return verify(pdf, bench.trust, rejudge, now=NOW, revoked=revoked).outcome

@@ -19,7 +19,7 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import TECHNICIAN
 from accept.certificate.verify.picture_check import SEEN, check_gap, check_pictures, own_words
-from accept.judging import judge_unit
+from accept.judging import judge
 from accept.pictures.reduce import reduce_panel
 from accept.units.unit_folder import parse
 from checks.gap import EFFECTS
@@ -397,7 +397,7 @@ def test_a_name_writes_no_part_of_the_first_line(tmp_path: Path, monkeypatch: py
     own.write_text(builtin()["apa-basic"].read_text().replace('"apa-basic"', f'"{lie}"'))
     assert accept("report", written(tmp_path / "u", 4.99), "--spec", own, "--out", pdf).exit_code == 6
     with monkeypatch.context() as patch:
-        patch.setattr(judge_unit, "NAME", re.compile(".*"))
+        patch.setattr(judge, "NAME", re.compile(".*"))
         accept("report", tmp_path / "u", "--spec", own, "--out", pdf)
     line = accept("verify", pdf).stdout.splitlines()[0]
     assert line.startswith("NOT VALID: the attached unit cannot be judged: the attached spec: name = 'apa-basic"), line

@@ -13,21 +13,23 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
+from accept import units
 from accept.base.home import home
 from accept.base.names import KeyHolder
-from accept.batch import pipeline, services
+from accept.batch import services
 from accept.certificate import CertificateContent, Validity, certify, read_contents, rejudge
 from accept.certificate.contents.content import RESULTS
 from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import commissioning, encrypted_key, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
-from accept.judging import golden
-from accept.judging.decisions import DecisionError, Signer
-from accept.judging.nonconformance import decide, open_nonconformances
-from accept.judging.reservations import Reservations
+from accept.fleet import golden
+from accept.judging import judge
+from accept.judging.reservations.nonconformance import decide, open_nonconformances
+from accept.judging.reservations.reservations import Reservations
 from accept.store import Event, open_store
 from accept.store import store as appending
+from accept.store.decisions import DecisionError, Signer
 from accept.store.opening import DATABASE
 from accept.store.payloads import Decision, StepNoted
 from accept.store.store import Store
@@ -62,8 +64,8 @@ def patched(at: datetime | None = None, known: Reservations | None = None) -> It
     with pytest.MonkeyPatch.context() as m:
         m.setattr(Reservations, "known", classmethod(lambda *_, **__: known or Reservations()))
         m.setattr(Store, "other_spelling", lambda *_: None)
-        m.setattr(pipeline, "check_may_judge", lambda *_: None)
-        m.setattr(pipeline, "serial_fits", lambda *_: None)
+        m.setattr(services, "check_may_judge", lambda *_: None)
+        m.setattr(judge, "serial_fits", lambda *_: None)
         if at is not None:
             clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: at)})
             m.setattr(appending, "datetime", clock)
@@ -231,12 +233,9 @@ def test_measured_after_it_was_signed(tmp_path: Path) -> None:
         folder.joinpath("unit.toml").read_text() + "[measured]\nstroke = 2091-05-05\n"
     )
     with patched() as m:
-        from accept.batch import judge_batch
-
         lax: Any = lambda path, **_: own(path, latest=date.max)  # noqa: E731
         m.setattr(unit_folder, "read", lax)
-        for module in (pipeline, judge_batch):
-            m.setattr(module, "read", lax, raising=False)
+        m.setattr(units, "read", lax)
         accept("report", folder, "--spec", "apa-basic", "--out", pdf)
     doubted(verified(pdf), "stroke is said to be measured on 2091-05-05, after it was signed")
 

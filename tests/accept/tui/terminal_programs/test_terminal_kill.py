@@ -15,7 +15,7 @@ import pytest
 from accept.base.exit_codes import Exit
 from accept.base.version import code_sha256
 from accept.certificate.trust import keys
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.steps.plan import steps_of

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from accept.base.home import home
-from accept.judging.judge_unit import load_spec
+from accept.judging import load_spec
 from accept.store import open_store
 from accept.store.payloads import EntryUndone
 from accept.workflow.bench import Workbench

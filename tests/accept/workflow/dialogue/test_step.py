@@ -23,9 +23,9 @@ from accept.workflow.steps.unit_list import RIG, Queue
 from accept.workflow.worker.not_done import STOPPED
 from checks.cause import Cause
 from hw.errors import NoReply
-from hw.records.writers import write_csv, write_mat
 from tests.accept.workflow.dialogue.step_driver import at_step
 from tests.hw.instruments.fake_instrument import Fake, Only
+from tests.shared.record_files import write_csv, write_mat
 
 HEIGHTS = "0 -2.5 -3 0 -1.5 1 -2 -4"
 CHANNELS = ("Va", "Vs", "de", "da")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from accept.judging.judge_unit import default_spec
+from accept.judging import default_spec
 from accept.workflow.dialogue import start
 from accept.workflow.dialogue import units as dialogue
 from accept.workflow.dialogue.start import Do, WaitForBench

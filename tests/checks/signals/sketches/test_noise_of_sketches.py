@@ -6,9 +6,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from accept.judging.samples import DRIVES
 from accept.units import unit_folder
 from accept.units.loaded_unit import LoadedUnit
-from accept.units.samples import DRIVES
 from checks.acceptance import CHECKS
 from checks.declare import Series
 from checks.record import Record

@@ -13,8 +13,7 @@ from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.base.spelling import difference, spelling_key
 from accept.store import Store
 from accept.store.payloads import SerialConfirmed, UnitJudged
-from accept.units.attempt_folder import attempt_number
-from accept.units.unit_folder import UNIT_FILE, UnitFolder
+from accept.units import UNIT_FILE, UnitFolder, attempt_number
 
 _NUMBER = re.compile(r"\d+")
 
@@ -50,6 +49,13 @@ def doubted_folder(store: Store, unit: UnitFolder, confirmed_by: str = "") -> di
     return {NAME: name} | ({CONFIRMED: confirmed_by} if confirmed_by else {}) | alike
 
 
+def serial_doubt(store: Store, serial: str, unit: UnitFolder | None) -> str | None:
+    """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
+    StoreError."""
+    doubted = doubted_serial(store, serial) if unit is None else doubted_folder(store, unit)
+    return serial_question(serial, doubted) if doubted else None
+
+
 def doubted_serial(store: Store, serial: str) -> dict[str, str]:
     """Return the earlier serial that looks like this one, empty without one or if they were told apart. Raises
     StoreError."""
@@ -65,14 +71,14 @@ def unconfirmed(store: Store, serial: str) -> list[str]:
     return [each for each in known if each not in told]
 
 
-def confirm(store: Store, serial: str, who: str) -> None:
+def tell_apart(store: Store, serial: str, who: str) -> None:
     """Store that a person told a serial apart from those that look like it, so that it is asked once. Raises
     StoreError."""
     if known := unconfirmed(store, serial):
         store.write(SerialConfirmed(tuple(known)), serial, who=who)
 
 
-def question(serial: str, doubted: Mapping[str, str]) -> str:
+def serial_question(serial: str, doubted: Mapping[str, str]) -> str:
     """Return the question about a serial. doubted: as `doubted_folder` states it."""
     words = [difference(serial, doubted[ALIKE])] if ALIKE in doubted else []
     if NAME in doubted:

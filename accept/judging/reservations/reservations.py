@@ -1,10 +1,10 @@
 """Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
 verdict.
 
-A recording that is filed twice does not count (`accept.judging.copies`), one that was read otherwise before makes no
-finding pass that did not (`accept.judging.rereadings`), nor does one that an earlier attempt holds something against
-(`accept.judging.superseded`); a strut with a part that was not accepted (`accept.judging.parts`) is
-conditional at best. So is a unit with a nonconformance (`accept.judging.nonconformance`), which changes no finding:
+A recording that is filed twice does not count (`copies`), one that was read otherwise before makes no
+finding pass that did not (`reread`), nor does one that an earlier attempt holds something against
+(`superseded`); a strut with a part that was not accepted (`parts`) is
+conditional at best. So is a unit with a nonconformance (`nonconformance`), which changes no finding:
 each is a statement of conformity about what was measured ([ISO17025] 7.8.6).
 Every judgement is given its reservations here: those of batch, report and workflow, one by another spec, and that of
 `accept verify`, which takes them from the certificate.
@@ -15,16 +15,16 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from accept.base.documents.results import UnitRecord
-from accept.judging.copies import Samples, copies_of
-from accept.judging.decisions import in_notes
-from accept.judging.folder_name import doubted_folder
-from accept.judging.nonconformance import RELEASING, standing
-from accept.judging.parts import part_doubts
-from accept.judging.rereadings import Rereading, rereadings
+from accept.judging.reservations.copies import Samples, copies_of
+from accept.judging.reservations.folder_name import doubted_folder
+from accept.judging.reservations.nonconformance import RELEASING, standing
+from accept.judging.reservations.parts import part_doubts
+from accept.judging.reservations.reread import Rereading, rereadings
+from accept.judging.reservations.superseded import Approval
 from accept.judging.rules import reserved
-from accept.judging.superseded import Approval
 from accept.store import Event, Store
-from accept.units.unit_folder import UnitFolder
+from accept.store.decisions import in_notes
+from accept.units import UnitFolder
 from checks.cause import Cause
 
 

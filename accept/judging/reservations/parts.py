@@ -7,10 +7,10 @@ such as a joint that is not judged as a unit, raises no doubt. Serials that diff
 store holds no two units of such serials (`accept.base.spelling`).
 """
 
-from accept.base.documents.results import UnitHeader, UnitRecord
+from accept.base.documents.results import UnitHeader
 from accept.base.spelling import difference, spelling_key
-from accept.judging.nonconformance import open_nonconformances
-from accept.judging.voids import voids
+from accept.judging.reservations.nonconformance import open_nonconformances
+from accept.judging.reservations.void_attempts import voids
 from accept.store import Store
 from accept.store.payloads import UnitJudged
 from checks.verdict import UnitVerdict
@@ -44,8 +44,8 @@ def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
 def _units_with(store: Store, part: str) -> list[str]:
     """Return the serials of the units whose last judgement names the part, in any capitals."""
     latest = [store.latest(who, UnitJudged.KIND) for who in store.naming(part)]
-    return [last.subject for last in latest if last and spelling_key(part) in _spelled(UnitJudged.of(last).result)]
-
-
-def _spelled(result: UnitRecord) -> set[str]:
-    return {spelling_key(part) for part in result.parts.values()}
+    return [
+        last.subject
+        for last in latest
+        if last and spelling_key(part) in map(spelling_key, UnitJudged.of(last).result.parts.values())
+    ]

@@ -16,11 +16,11 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
-from cryptography.x509.oid import NameOID
 
 from accept.base.documents.results import CONCESSION
 from accept.base.home import home
 from accept.base.names import KeyHolder
+from accept.store.key_certificates import is_compromised, issued_by, person_of, promises_list, role_of
 from accept.store.payloads import CHOICES, MARK, Decision, NonconformanceDecided, SignedBy, without_hashes
 from specs.errors import AcceptError
 from specs.files import read_bounded
@@ -43,7 +43,7 @@ class Signer:
     @property
     def person(self) -> KeyHolder:
         """Return the name on the certificate."""
-        return KeyHolder(attribute(self.certificate, NameOID.COMMON_NAME))
+        return KeyHolder(person_of(self.certificate))
 
 
 Opens = Callable[[], Signer]
@@ -52,7 +52,7 @@ Opens = Callable[[], Signer]
 
 def sign_decision(kind: str, content: Mapping[str, Any], signer: Signer) -> SignedBy:
     """Sign a decision. kind: name of the event. Raises DecisionError for a key of another role."""
-    if attribute(signer.certificate, NameOID.ORGANIZATIONAL_UNIT_NAME) != QA:
+    if role_of(signer.certificate) != QA:
         raise DecisionError(f"{signer.person} is not of quality assurance, whose key signs decisions")
     now = datetime.now(UTC).isoformat(timespec="seconds")
     signature = signer.key.sign(_text(kind, content, signer.person, now), ec.ECDSA(hashes.SHA256()))
@@ -81,8 +81,7 @@ def decision_problem(
         key.verify(bytes.fromhex(signed.signature), text, ec.ECDSA(hashes.SHA256()))
     except (ValueError, TypeError, InvalidSignature):
         return "its signature does not hold"
-    role = attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
-    if role != QA or attribute(certificate, NameOID.COMMON_NAME) != signed.person:
+    if role_of(certificate) != QA or person_of(certificate) != signed.person:
         return "it is not signed by quality assurance"
     if not any(issued_by(certificate, ca) for ca in roots):
         return "it was not signed under a trusted authority"
@@ -110,10 +109,9 @@ def problem_here(
         if not isinstance(key, ec.EllipticCurvePublicKey) or not listed.is_signature_valid(key):
             return "the list of revoked keys is not signed by the authority"
         revoked = {one.serial_number: one.revocation_date_utc for one in listed}
-        lost = {one.serial_number for one in listed if is_lost(one)}
+        lost = {one.serial_number for one in listed if is_compromised(one)}
     except FileNotFoundError:
-        promised = any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in roots[0].extensions)
-        if promised and not weakens:
+        if promises_list(roots[0]) and not weakens:
             return "the list of revoked keys is missing"
         revoked, lost = {}, set()
     except (OSError, ValueError):
@@ -162,30 +160,6 @@ def recording_party(serial: str, sample: str, channels: Mapping[str, str]) -> tu
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
-def is_lost(one: x509.RevokedCertificate) -> bool:
-    """Return whether another person may hold a revoked key: it was compromised or lost."""
-    try:
-        reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
-    except x509.ExtensionNotFound:
-        return False
-    return reason is x509.ReasonFlags.key_compromise
-
-
 def _text(kind: str, content: Mapping[str, Any], person: str, time: str) -> bytes:
     stated = {"decision": kind, "content": content, "person": person, "time": time}
     return json.dumps(stated, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode("ascii")
-
-
-def attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
-    """Return a part of the name on a certificate, "" if it is there not exactly once."""
-    found = certificate.subject.get_attributes_for_oid(oid)
-    return str(found[0].value) if len(found) == 1 else ""
-
-
-def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
-    """Return whether an authority signed a certificate."""
-    try:
-        certificate.verify_directly_issued_by(ca)
-    except (ValueError, TypeError, InvalidSignature):
-        return False
-    return True

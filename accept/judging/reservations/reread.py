@@ -3,18 +3,18 @@ file that gave another value: scaled, cut or with another time.
 
 The samples show what was measured, so a value that another number makes of them is no new measurement. If a finding was
 not passed by the earlier reading, it is conditional at best until quality assurance decides; a void judgement does not
-count (`accept.judging.voids`).
+count (`void_attempts`).
 """
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from accept.judging.copies import Samples, same_recording
-from accept.judging.voids import voids
+from accept.judging.reservations.copies import Samples, same_recording
+from accept.judging.reservations.void_attempts import voids
+from accept.judging.samples import is_typed, section_read_by
 from accept.pictures.labels import CHANNELS, input_words
 from accept.store import Event, Store
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed, section_read_by
 from checks.acceptance import CHECKS
 from checks.cause import Cause
 from checks.verdict import Finding, UsedInput, Verdict

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from accept.base.documents.results import Information
-from accept.judging.decisions import Opens, Signer, problem_here, sign_decision
 from accept.store import Event, Store
+from accept.store.decisions import Opens, Signer, problem_here, sign_decision
 from accept.store.payloads import (
     BenchStated,
     GoldenMet,

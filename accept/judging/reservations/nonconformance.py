@@ -7,7 +7,7 @@ again; to return or to scrap it does not. A decision is about the nonconformance
 later holds the unit, and what is outside its limits stays so.
 
 An attempt that quality assurance declared void does not become good by being judged once more: one with the same values
-is held in the same way. So is what an earlier attempt holds against its evidence (`accept.judging.superseded`).
+is held in the same way. So is what an earlier attempt holds against its evidence (`superseded`).
 Only the disposition to use it as it is releases what was measured before.
 """
 
@@ -15,7 +15,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from accept.base.documents.results import CONCESSION, UnitRecord
-from accept.judging.decisions import (
+from accept.judging.reservations.superseded import Approval, are_same, measured_values, shares_recording, superseded
+from accept.judging.reservations.void_attempts import voids
+from accept.store import Event, Store
+from accept.store.decisions import (
     DISPOSITION,
     DecisionError,
     Opens,
@@ -25,9 +28,6 @@ from accept.judging.decisions import (
     sign_decision,
     signed_content,
 )
-from accept.judging.superseded import Approval, are_same, measured_values, shares_recording, superseded
-from accept.judging.voids import voids
-from accept.store import Event, Store
 from accept.store.payloads import (
     AttemptStarted,
     AttemptVoided,

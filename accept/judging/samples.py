@@ -8,9 +8,7 @@ from decimal import Decimal
 import numpy as np
 
 from accept.base.documents.results import TYPED
-from accept.units.loaded_unit import LoadedUnit
-from accept.units.unit_entry import FileEntry, UnitSection
-from accept.units.unit_folder import UnitFolder
+from accept.units import FileEntry, LoadedUnit, UnitFolder, UnitSection
 from checks.acceptance import CHECKS
 from checks.declare import Check, Measured
 from checks.errors import RecordError

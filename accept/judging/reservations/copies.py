@@ -3,8 +3,8 @@
 The samples do not show where they belong, so all copies are without a result until quality assurance decides, with a
 reason (`accept store resolve`). The decision is an event, `copies_resolved`; the copies themselves follow from the
 samples that the store holds of every judgement. The same folder judged again, or moved, is the same evidence and not a
-copy; what it may replace says `accept.judging.superseded`. A set of typed readings that equals that of another serial
-is a copy like a recording (`accept.units.samples`); for one serial the readings may be typed again.
+copy; what it may replace says `superseded`. A set of typed readings that equals that of another serial
+is a copy like a recording (`accept.judging.samples`); for one serial the readings may be typed again.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,12 +15,12 @@ from pathlib import PurePath
 from typing import Any
 
 from accept.judging.advice import concluded
-from accept.judging.decisions import Opens, problem_here, recording_party, sign_decision
 from accept.judging.rules import withhold_copies
+from accept.judging.samples import is_typed
 from accept.store import TABLE, Event, Store
+from accept.store.decisions import Opens, problem_here, recording_party, sign_decision
 from accept.store.payloads import CopiesResolved, UnitJudged
-from accept.units.attempt_folder import attempt_number
-from accept.units.samples import is_typed
+from accept.units import attempt_number
 from checks.signals import Sketch
 from specs.errors import AcceptError
 
@@ -137,7 +137,7 @@ def resolved_content(decision: CopiesResolved) -> dict[str, Any]:
     }
 
 
-def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, opens: Opens) -> list[Copy]:
+def settle_copies(store: Store, serial: str, measured: Sequence[str], reason: str, opens: Opens) -> list[Copy]:
     """Store to which unit shared recordings belong, as quality assurance decides and signs; returns them. measured:
     `SERIAL`, or `SERIAL:section/input`.
 
@@ -169,7 +169,6 @@ def resolve(store: Store, serial: str, measured: Sequence[str], reason: str, ope
 
 
 def _parties(store: Store, found: Sequence[Copy]) -> set[tuple[str, str, str]]:
-    """Return the other parties, with what each of their judgements held."""
     there = set()
     wanted = {(w["serial"], w["sample"]) for c in found for w in c["with"]}
     for other in {who for who, _ in wanted}:

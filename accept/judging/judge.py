@@ -9,24 +9,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationError, create_model
 
+from accept import units
 from accept.base.documents.results import Information, UnitRecord, typed_note
 from accept.base.fault_log import PLEASE_REPORT, log_fault
 from accept.base.worker_process import memory_GB
 from accept.judging.calibration import Statement
 from accept.judging.rules import Case, judged
+from accept.judging.samples import samples_of
 from accept.models.evidence import Models, model_of
-from accept.units import unit_folder as units
-from accept.units.loaded_unit import LoadedUnit, loaded
-from accept.units.samples import samples_of
-from accept.units.unit_folder import UnitError, UnitFolder
+from accept.units import LoadedUnit, UnitError, UnitFolder, loaded
 from checks.acceptance import CHECKS, with_temperature
 from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Check, Measured
 from checks.errors import ModelError, RecordError
 from checks.quantity import Outcome, Quantity
-from checks.record import Record
 from checks.verdict import Finding, judge, largest_U, unit_verdict
-from hw.records import Remarked
 from specs import plugins
 from specs.plugins import BUILT_IN, product_named, products
 from specs.spec import NAME, CheckSpec, Spec, load
@@ -191,9 +188,8 @@ def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
     found = [f"{step}: {name} does not apply: {why}" for step, name, why in reads if step in spec.checks]
     for section in dict.fromkeys(CHECKS[name].reads for name in spec.checks):
         with suppress(RecordError, KeyError):  # said with the findings
-            values = held.values(section)
-            read = [v.remarks for v in values.values() if isinstance(v, Record | Remarked)]
-            found += [f"{section}: {words}" for remarks in read for words in remarks]
+            read = held.values(section).values()
+            found += [f"{section}: {words}" for value in read for words in getattr(value, "remarks", ())]
     typed = ((name, lines) for name, lines in held.folder.notes.items() if name in spec.checks)
     return found + [typed_note(name, line) for name, lines in typed for line in lines]
 
@@ -290,6 +286,16 @@ def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
         for name, section in unit.sections.items()
         if name not in {CHECKS[check].reads for check in spec.checks}
     ]
+
+
+def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:
+    """Return the spec of a unit's kind. Raises UnitError if the run has no such spec, or the serial does not have the
+    form that the spec requires."""
+    if unit.kind not in specs:
+        have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
+        raise UnitError(unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}' has no spec in this run ({have})"])
+    serial_fits(unit, specs[unit.kind])
+    return specs[unit.kind]
 
 
 def serial_fits(unit: UnitFolder, spec: Spec) -> None:

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-from accept.judging.decisions import Opens, problem_here, sign_decision
 from accept.store import Event, Store, StoreHead
+from accept.store.decisions import Opens, problem_here, sign_decision
 from accept.store.payloads import AttemptVoided, UnitJudged
 from specs.errors import AcceptError
 

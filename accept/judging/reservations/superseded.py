@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
-from accept.judging.copies import Channels, same_recording
+from accept.judging.reservations.copies import Channels, same_recording
+from accept.judging.samples import is_typed, section_read_by
 from accept.store import Event
 from accept.store.payloads import UnitJudged
-from accept.units.samples import is_typed, section_read_by
-from accept.units.unit_folder import UNIT_FILE
+from accept.units import UNIT_FILE
 from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
@@ -68,7 +68,8 @@ def superseded(
     those that were declared void; approval: of the spec that the unit is judged by."""
     counted = [(n, event, payload.result) for n, (event, payload) in enumerate(judged, 1) if event.seq not in void]
     older = _older([(f"attempt {n}", event.time[:10], result) for n, event, result in counted], entry)
-    revised = [approval is not None and approval.revises(e) and _has_same_data(entry, r) for _, e, r in counted]
+    same = [dict(entry.inputs) == dict(r.inputs) and _bench(entry) == _bench(r) for _, _, r in counted]
+    revised = [s and approval is not None and approval.revises(e) for s, (_, e, _) in zip(same, counted, strict=True)]
     held = _inherited([(f"attempt {n} of {e.time[:10]}", r) for n, e, r in counted], revised, entry)
     return {
         check: f"{check}: {'; '.join(w[check] for w in (held, older) if check in w)}" for check in {**older, **held}
@@ -188,7 +189,6 @@ def shares_recording(entry: UnitRecord, result: UnitRecord, check: str) -> bool:
 
 
 def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:
-    """Return what was typed for a check."""
     used = {
         u.name: str(u.value) for f in result.findings if f.check == check for u in f.inputs if u.source == UNIT_FILE
     }
@@ -196,7 +196,6 @@ def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:
 
 
 def _files(result: UnitRecord, check: str) -> dict[str, str]:
-    """Return the hash of each file that a check reads, by name."""
     stated = (str(used.value) for f in result.findings if f.check == check for used in f.inputs)
     return {name: result.inputs[name] for name in stated if name in result.inputs}
 
@@ -215,10 +214,6 @@ def _changes(entry: UnitRecord, result: UnitRecord) -> list[str]:
 
 def _bench(result: UnitRecord) -> object:
     return (result.calibration or {}).get("sha256")
-
-
-def _has_same_data(entry: UnitRecord, result: UnitRecord) -> bool:
-    return dict(entry.inputs) == dict(result.inputs) and _bench(entry) == _bench(result)
 
 
 def _records(entry: UnitRecord, check: str) -> list[Channels]:
