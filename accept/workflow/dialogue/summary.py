@@ -25,7 +25,7 @@ _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 
 # Effects without a parameter. RING: a new result can be heard.
-Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
+Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN OPEN_PAGE")
 
 
 class AskedLine(Enum):
@@ -135,6 +135,17 @@ def not_judged(d: SummaryDialogue) -> Turn:
     return Turn(replace(d, failed=True))
 
 
+def _judge_again(d: SummaryDialogue) -> Turn:
+    """Judge again what was stopped or failed."""
+    return Turn(replace(d, failed=False), (Do.JUDGE,)) if d.failed and d.facts.idle else Turn(d)
+
+
+def _open_page(d: SummaryDialogue) -> Turn:
+    if d.facts.certificate is None:
+        return _say(d, "No certificate yet. F2: sign", "bad")
+    return Turn(d, (Do.OPEN_PAGE,))
+
+
 def marked(d: SummaryDialogue, row: int) -> Turn:
     """Tell about the finding under the cursor."""
     return Turn(replace(d, row=row) if row >= 0 else d)
@@ -230,6 +241,8 @@ press: Callable[[SummaryDialogue, str], Turn] = by_key(
     {
         "f2": _sign,
         "f3": _countersign,
+        "ctrl+o": _open_page,
+        "f9": _judge_again,
         "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
         "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
         "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),

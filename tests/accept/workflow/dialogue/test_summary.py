@@ -108,14 +108,39 @@ class TestResult:
         d = SummaryDialogue(replace(ACCEPTED, result=held, nonconformances=held.nonconformances))
         assert d.status(STIFF) is Status.HELD
         assert f"→ {ADVICE[Cause.NONCONFORMANCE]}" in d.detail
-        assert d.detail.endswith("Stroke: cracked")
+        assert d.notes == ["Stroke: cracked"]
         signed = replace(d, facts=replace(d.facts, certificate=PATH))
         assert "→ sign; " not in signed.detail
 
     def test_notes_of_people_come_first(self):
         facts = replace(ACCEPTED, result=result(notes=("stroke: of the program", typed_note("stroke", "ours"))))
         shown = ['Stroke: typed note: "ours"', "Stroke: of the program"]
-        assert SummaryDialogue(facts).detail.splitlines()[-2:] == shown
+        assert SummaryDialogue(facts).notes == shown
+        assert SummaryDialogue(OPEN).notes == []
+
+    def test_what_asks_for_a_finding_and_what_measured_it_stands_behind_its_reason(self):
+        facts = replace(ACCEPTED, about={"k_N_per_um": ("limits: REQ-07", "LCR no. 1, calibrated until 2027-03-14")})
+        lines = dialogue.marked(SummaryDialogue(facts), 0).state.detail.splitlines()
+        assert "passes if" in lines[0]
+        assert lines[1:] == ["limits: REQ-07", "LCR no. 1, calibrated until 2027-03-14"]
+        assert len(dialogue.marked(SummaryDialogue(facts), 1).state.detail.splitlines()) == 1  # of another quantity
+
+    def test_the_quantity_closest_to_a_limit_is_named_with_how_far_that_is(self):
+        near = replace(STROKE, value=1.66)  # a fifth of 1.6 to 1.9
+        assert SummaryDialogue(replace(ACCEPTED, result=result(STIFF, near))).closest == (
+            "closest to a limit: Stroke, three stacks, 20% of its zone away"
+        )
+        one_sided = replace(STROKE, upper=None)
+        assert SummaryDialogue(replace(ACCEPTED, result=result(one_sided))).closest == ""
+        assert SummaryDialogue(replace(ACCEPTED, result=result(replace(STROKE, value=1.5)))).closest == ""  # outside
+
+    def test_what_was_stopped_is_judged_again_and_what_is_judged_is_not(self):
+        """Red before: the screen stayed empty, and nothing on it named a key that went on."""
+        failed = dialogue.not_judged(SummaryDialogue(OPEN)).state
+        again = dialogue.press(failed, "f9")
+        assert (again.effects, again.state.failed) == ((Do.JUDGE,), False)
+        assert dialogue.press(replace(failed, facts=replace(OPEN, idle=False)), "f9").effects == ()
+        assert press(ACCEPTED, "f9").effects == ()
 
     def test_a_judgement_that_failed_is_not_called_a_result(self):
         failed = dialogue.not_judged(SummaryDialogue(OPEN))
@@ -132,6 +157,21 @@ class TestCertificate:
         assert SummaryDialogue(SIGNED).certificate_words == f"Certificate: {PATH}\nSigned by: Ann (technician)"
         verified = SummaryDialogue(SIGNED, report=Report()).certificate_words
         assert verified == f"✓ verified: APA-02 accepted\nCertificate: {PATH}"
+
+    def test_its_steps_are_done_failed_or_still_to_come(self):
+        def steps(facts: SummaryFacts, report: Report | None = None) -> list[bool | None]:
+            return [done for _, done in SummaryDialogue(facts, report=report).certificate_steps]
+
+        assert [words for words, _ in SummaryDialogue(ACCEPTED).certificate_steps] == ["sign", "store", "verify", "QA"]
+        assert steps(ACCEPTED) == [None, None, None, None]
+        assert steps(SIGNED) == [True, True, None, None]  # of an earlier run: not verified here
+        assert steps(SIGNED, Report()) == [True, True, True, None]
+        assert steps(SIGNED, Report("not valid")) == [True, True, False, None]
+        assert steps(replace(SIGNED, signatures=(ANN, replace(ANN, role=QA))), Report()) == [True] * 4
+
+    def test_its_page_is_opened_once_there_is_one(self):
+        assert press(SIGNED, "ctrl+o").effects == (Do.OPEN_PAGE,)
+        assert press(ACCEPTED, "ctrl+o").words.text == "No certificate yet. F2: sign"
 
     def test_a_void_one_is_not_to_be_handed_out(self):
         words = SummaryDialogue(replace(ACCEPTED, void=PATH)).certificate_words
