@@ -15,6 +15,7 @@ from textual.timer import Timer
 from textual.widgets import Input, Label
 from textual.worker import Worker, WorkerState
 
+from accept.pictures.words import pretty
 from accept.workflow.dialogue.turn import Common, Turn
 
 Then = Callable[[Any], Any]  # what it returns is awaited if it can be
@@ -160,7 +161,7 @@ class Working(Screen[T]):
         mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")
         for status in self.query("#status").results(Label):
             status.set_classes(role)
-            status.update(f"{mark}{words}".replace("[", r"\["))
+            status.update(f"{mark}{pretty(words)}".replace("[", r"\["))
 
     async def saved(self) -> None:
         """Wait until all that was sent has ended, before the screen is left: what waits in the queue would be lost.

@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import Static
 
 from accept.base.documents.analyses import REFUSED
 from accept.gap import G_NOTE, findings, gap_number, headline_of_document
@@ -49,7 +48,7 @@ class Explain(Page):
     def on_mount(self) -> None:
         if not self.alive:
             return
-        self.query_one("#head", Static).update(Text(GAP_TITLE, "bold"))
+        self.entitle(GAP_TITLE)
         self.query_one("#setup").display = False
         self._show()
         if self.session.gap.found is None:

@@ -1,25 +1,31 @@
-"""What the screens of a step share: unit and steps around, head, words, a body that scrolls, a line that says what
-goes on."""
+"""What the screens of a step share: unit and steps around, what to do, what was given and found beside the drawing or
+the plot, a line that says what is next."""
 
 from typing import ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.events import Resize
 from textual.widgets import Label, Static
 
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.plots import Plots
+from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.findings import Findings
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
-from accept.tui.widgets.step_list import StepList, UnitBar
+from accept.tui.widgets.step_list import StepList, UnitBar, what_to_do
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
+_SLIM = 76  # columns below which nothing stands beside a form
+
 
 class Page(Scanning):
-    """Its head is set through `#head`; words: what to do here; row: its place in the list of steps."""
+    """words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("pageup", "page(-1)", show=False),
@@ -35,20 +41,36 @@ class Page(Scanning):
         with Horizontal(id="main"):
             yield StepList(self.session, live=False)
             with Vertical(id="pane"):
-                yield Static("", id="head", markup=False)
-                yield Static(self._words, id="words", markup=False)
-                yield Static("", id="setup", markup=False)
-                yield Static("", id="drawing", markup=False)
-                with VerticalScroll(id="body", can_focus=False):
-                    yield from self.parts()
-                    yield Pictures()
+                with Card(title="", id="todo"):
+                    yield Hanging(what_to_do(self._words), id="words")
+                    yield Static("", id="setup", markup=False)
+                with Horizontal(id="columns"):
+                    with VerticalScroll(id="body", can_focus=False):
+                        yield from self.parts()
+                    with Vertical(id="side"):
+                        yield from self.drawings()
+                        with Card(title="Plot", id="plot"):
+                            yield Pictures()
+                yield from self.below()
         yield Static("", id="said", markup=False)
         yield Label("", id="status")
         yield KeyRow()
 
     def parts(self) -> ComposeResult:
-        """Return what stands in the body, above the pictures."""
+        """Return what stands in the body."""
         yield Findings(id="findings")
+
+    def drawings(self) -> ComposeResult:
+        """Return what stands beside the body before there is a plot."""
+        yield from ()
+
+    def below(self) -> ComposeResult:
+        """Return what stands below both."""
+        yield from ()
+
+    def entitle(self, title: str, state: Text | str = "") -> None:
+        """Show the title of the page and its state."""
+        entitle(self.query_one("#todo"), title, state)
 
     def show_around(self) -> None:
         """Show unit and steps, as they are now."""
@@ -58,6 +80,9 @@ class Page(Scanning):
             rail.show()
             rail.stand_at(self._row)
         self.refresh_bindings()
+
+    def on_resize(self, event: Resize) -> None:
+        self.set_class(event.size.width < _SLIM, "-slim")
 
     def action_picture(self) -> None:
         """Show the pictures on the whole screen."""

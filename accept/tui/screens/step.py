@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding, Binding, BindingType
-from textual.containers import Horizontal, Vertical
-from textual.widgets import Label, Static
+from textual.containers import Vertical
+from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.pictures.labels import label_of
@@ -23,10 +23,12 @@ from accept.tui.screens.notes import ask_note, note_saved
 from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
+from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.fields import Field, stored_words
-from accept.tui.widgets.findings import Findings
+from accept.tui.widgets.findings import Findings, notes_text
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import limits
-from accept.tui.widgets.live_value import Gauge
+from accept.tui.widgets.live_value import Followed, Gauge
 from accept.tui.widgets.pictures import Pictures, pictures_of
 from accept.tui.widgets.step_list import WIDE_FROM, head, setup
 from accept.tui.widgets.text_entry import typed
@@ -85,19 +87,19 @@ class StepScreen(Page):
         self.dialogue: StepDialogue = dialogue.opening(self.step, self.service.facts(None)).state
         self._shown: object = None  # that the parts above the fields were drawn from
         self._fields: Sequence[Field] = ()
+        self._other_forms = ""  # and the key that changes to them
         self._laying_out = asyncio.Lock()
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
-        if self.step.derived:
-            return
-        yield Label("", id="way", markup=False)
-        with Horizontal(id="upper"):
-            with Vertical(id="form"):
-                yield Gauge()  # above the fields: it stays in sight
-                yield Vertical(id="fields")
-            if self.step.guide.picture:
-                yield Static(self.step.guide.picture, id="guide", markup=False)
+        if not self.step.derived:
+            yield Gauge()  # above the fields: it stays in sight
+            yield Card(Vertical(id="fields"), title="Entries", id="entries")
+        yield Hanging(id="notes", classes="card")
+
+    def drawings(self) -> ComposeResult:
+        if self.step.guide.picture:
+            yield Card(Static(self.step.guide.picture, id="guide", markup=False), title="Drawing", id="drawing")
 
     async def on_mount(self) -> None:
         if self.alive:
@@ -283,11 +285,7 @@ class StepScreen(Page):
     async def _lay_out(self) -> None:
         d, forms = self.dialogue, self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not d.form)
-        self.query_one("#way", Label).update(f"Input: {d.form.name}   (F6: {others})" if others else "")
-        self.query_one("#way").display = bool(others)
-        self.query_one("#upper").set_class(has_files(d.form) or len(d.lines) < 4, "files")
-        self.query_one("#main").set_class(has_files(d.form) and bool(self.step.guide.picture), "of-files")
-        self.query_one("#drawing", Static).update(self.step.guide.picture)
+        self._other_forms = f"F6: {others}" if others else ""
         self._fields = ()
         await self.query_one("#fields").remove_children()
         if not self.alive:  # left while the old fields went
@@ -295,11 +293,12 @@ class StepScreen(Page):
         fields = [Field(line.place) for line in d.lines]
         await self.query_one("#fields").mount(*fields)
         self._fields = fields
+        self._show_count()
 
     def show(self) -> None:
         """Show everything above the fields and around them."""
         d = self.dialogue
-        self.query_one("#head", Static).update(head(self.session, self.step))
+        self.entitle(*head(self.session, self.step))
         self.query_one("#setup", Static).update(setup(self.step))
         done = d.complete and not d.awaits_records  # else the instruction is still to be read
         self.query_one("#main").set_class(done, "complete")
@@ -309,8 +308,22 @@ class StepScreen(Page):
         findings.show(
             self.step.check, judgement, words or d.lacking, self.session.judgements.usual, d.facts.source_action or ""
         )
-        self.query_one(Pictures).show(pictures_of(self.session, self.step))
+        notes = self.query_one("#notes", Hanging)
+        notes.display, notes.border_title = bool(judgement and judgement.notes), "Notes"
+        notes.hang(notes_text(judgement))
+        panels = pictures_of(self.session, self.step)
+        self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
+        self.query_one(Pictures).show(panels)
+        self._show_count()
         self.show_around()
+
+    def _show_count(self) -> None:
+        """Show how many of the entries are there, and the other way to give them."""
+        d = self.dialogue
+        for card in self.query("#entries"):
+            given = sum(d.has(n) for n in range(len(d.lines)))
+            words = [f"{given} of {len(d.lines)}", self._other_forms]
+            entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
 
     def on_input_changed(self) -> None:
         """Show a line that is typed into."""
@@ -338,13 +351,15 @@ class StepScreen(Page):
         line, state = self.dialogue.here, self.dialogue.facts.state
         for gauge in self.query(Gauge):
             if line is None or line.place.is_file:
-                gauge.follow(None, "", None, None)
+                gauge.follow(None, Followed(), None)
                 continue
             name, index = line.place.key
             one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
             stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
-            limit, usual = self.step.asked.limits.get(name), self.session.judgements.usual.get(name)
-            gauge.follow(self.service.instrument(line.place), line.place.unit, limit, stored, usual)
+            limit, earlier = self.step.asked.limits.get(name), self.session.judgements.earlier.get(name, ())
+            instrument = self.service.instrument(line.place)
+            whose = "" if instrument is None else instrument.short_name
+            gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
 
     async def action_press(self, key: str) -> None:
         """Hand on a key, unless Enter ends a serial that was scanned."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
-from textual.widgets import DataTable, Label, Static
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.widgets import DataTable, Label
 
 from accept.store import Event
 from accept.tui.background.busy_screen import ENDS, MOVES, ONE_IMPORT, Working
@@ -18,10 +18,21 @@ from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.step import StepScreen
-from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.card import Card, entitle
+from accept.tui.widgets.findings import findings_text, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.step_list import GAP_TITLE, HELD, StepList, UnitBar, head, held_words, setup, standing
+from accept.tui.widgets.step_list import (
+    GAP_TITLE,
+    HELD,
+    StepList,
+    UnitBar,
+    head,
+    held_words,
+    setup,
+    standing,
+    what_to_do,
+)
 from accept.workflow.bench import Workbench
 from accept.workflow.ports import Computation
 from accept.workflow.session import Session
@@ -61,9 +72,14 @@ class Steps(Scanning):
         yield UnitBar(self.session)
         with Horizontal(id="main"):
             yield StepList(self.session, live=True)
-            with VerticalScroll(id="pane", can_focus=False):
-                yield Static("", id="head", markup=False)
-                yield Hanging(id="card")
+            with Vertical(id="pane"):
+                with Card(title="", id="todo"):
+                    yield Hanging(id="words")
+                with Horizontal(id="columns"):
+                    with VerticalScroll(id="body", can_focus=False):
+                        yield Hanging(id="card", classes="card")
+                    with Vertical(id="side"):
+                        yield Card(Hanging(id="guide"), title="Drawing", id="drawing")
         yield Label("", id="status")
         yield KeyRow()
 
@@ -135,13 +151,17 @@ class Steps(Scanning):
         if not rail.row_count:
             return
         step = self._step_here()
-        heading = Text(GAP_TITLE, "bold") if step is None else head(self.session, step)
-        self.query_one("#head", Static).update(heading)
+        entitle(self.query_one("#todo"), *((GAP_TITLE,) if step is None else head(self.session, step)))
+        self.query_one("#words", Hanging).hang(what_to_do(WORDS) if step is None else instructions(step))
+        self.query_one("#guide", Hanging).hang(Text("" if step is None else step.guide.picture))
         text = held_words(self.session.judgements.nonconformances)
         text.append("\n\n" if text else "")
-        gap = Text(WORDS) if self.session.gap.found is None else answer(self.session.gap.found)
+        found = self.session.gap.found
+        gap = Text("Not analysed yet", "dim") if found is None else answer(found)
         text.append_text(gap if step is None else card(self.session, step))
-        self.query_one("#card", Hanging).hang(text)
+        shown = self.query_one("#card", Hanging)
+        entitle(shown, "Limits" if step is not None and not self.session.state(step.name).entries else "Result")
+        shown.hang(text)
 
     def _stand_at_next(self) -> None:
         step = self.session.judgements.next_step()
@@ -274,16 +294,22 @@ def load_summary() -> "type[Summary]":
     return Summary
 
 
+def instructions(step: WorkflowStep) -> Text:
+    """Return what to do at a step, and with which instrument."""
+    text, more = what_to_do(step.guide.words), setup(step)
+    return text.append("\n").append_text(more) if more else text
+
+
 def card(session: Session, step: WorkflowStep) -> Text:
-    """Return what was found where the step is judged; before that what to do."""
+    """Return what was found where the step is judged; before that where it stands, and its limits."""
     judgements, stands = session.judgements, standing(session, step)
     judgement = judgements.of_step(step.name)
     if judgement is not None and not stands:
         text = findings_text(step.check, judgement, judgements.usual, judgements.action_at_source(step) or "")
+        text.append("\n" if judgement.notes else "").append_text(notes_text(judgement))
     else:
         text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
-        text.append(f"{step.guide.words}\n\n").append_text(setup(step))
-        text.append(f"\n\n{step.guide.picture}", "dim")
+        text.append_text(limits_text(step, judgements.earlier))
     for note in session.state(step.name).notes:
         text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text

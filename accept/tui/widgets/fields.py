@@ -4,8 +4,9 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Input, Label, Static
 
+from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
-from accept.tui.widgets.limit_bar import numbers
+from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.state.unit_state import StepState
@@ -18,17 +19,22 @@ SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
 
 
 class Field(Vertical):
-    """Label, typed text and saved value in a line; below them the reason of a refusal, or a question."""
+    """One line: label, typed text and saved value beside each other, of a file below each other; then the reason of a
+    refusal, or a question."""
 
     def __init__(self, place: FieldPlace) -> None:
-        super().__init__(classes="field")
+        super().__init__(classes="field file" if place.is_file else "field")
         self.place = place
         self._shown: object = None
 
     def compose(self) -> ComposeResult:
-        with Horizontal():
-            yield Label(self.place.label, classes="label", markup=False)
-            yield TextEntry(placeholder=self.place.hint)
+        label = Label(pretty(self.place.label), classes="label", markup=False)
+        if self.place.is_file:
+            yield label
+        with Horizontal(classes="entry"):
+            if not self.place.is_file:
+                yield label
+            yield TextEntry(placeholder=pretty(self.place.hint))
             yield Static("", classes="stored", markup=False)
         yield Static("", classes="reason", markup=False)
 
@@ -50,9 +56,9 @@ class Field(Vertical):
         self._shown = shown
         blank = "\N{NO-BREAK SPACE}" if self.place.is_file else " "  # a long name begins beside its mark
         self.query_one(".stored", Static).update(f"{SAVED}{blank}{stored}" if stored else "")
-        self.query_one(".reason", Static).update(reason)
-        hint = "Enter: take it" if takes else self.place.hint
-        self.input.placeholder = "" if stored and self.place.is_file else hint  # the name takes its room
+        self.query_one(".reason", Static).update(pretty(reason))
+        hint = "Enter: take it" if takes else pretty(self.place.hint)
+        self.input.placeholder = "" if stored else hint  # what is saved takes its room
         self.set_class(bool(stored), "has-stored")
         for one in ("refused", "doubted", "proposed"):
             self.set_class(kind == one, one)
@@ -65,11 +71,22 @@ def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState, judgem
         return link.file if link else ""
     key = place.declared.name if isinstance(place.declared, Scalar) else ""
     judged = {f.quantity: f.U for f in judgement.findings if f.U} if judgement is not None else {}
-    one, unit = repeated(state.readings(*place.key), step.asked, key), place.unit if place.index is None else ""
+    one, unit = repeated(state.readings(*place.key), step.asked, key), after_number(place.unit)
     if one is None:
         return ""
-    if (judged_U := judged.get(key)) is not None:  # of its finding, which stands above with the same digits
-        shown = f"{rounded(one.value, judged_U)} {unit}"
+    if place.index is not None:
+        shown = f"{_aligned(place, step, state, one.value)}{unit}"
+    elif (judged_U := judged.get(key)) is not None:  # of its finding, which stands above with the same digits
+        shown = f"{rounded(one.value, judged_U)}{unit}"
     else:
-        shown = numbers(one.value, one.U, unit) if one.U else f"{one.value:.6g} {unit}"
-    return shown.rstrip() if one.scatter is None else f"{shown}, {one.count} readings, s = {one.scatter:.2g}"
+        shown = numbers(one.value, one.U, place.unit) if one.U else f"{one.value:.6g}{unit}"
+    return shown if one.scatter is None else f"{shown}, {one.count} readings, s = {one.scatter:.2g}"
+
+
+def _aligned(place: FieldPlace, step: WorkflowStep, state: StepState, value: float) -> str:
+    """Return a value of a list with as many decimals as the others of it, so that the points stand below each other."""
+    name, size = place.declared.name, getattr(place.declared, "size", 0)
+    taken = [repeated(state.readings(name, index), step.asked, "") for index in range(size)]
+    written = [f"{one.value:.6g}" for one in taken if one is not None]
+    decimals = max((len(words.partition(".")[2]) for words in written if "e" not in words), default=0)
+    return f"{value:7.{decimals}f}" if all("e" not in words for words in written) else f"{value:7.6g}"

@@ -2,31 +2,39 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from statistics import median
 from types import MappingProxyType
 
 from rich.text import Text
 
 from accept.judging.advice import ADVICE, advice
 from accept.pictures.labels import label_of
+from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import Hanging
-from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
-from accept.workflow.steps.status import of_findings
+from accept.tui.widgets.limit_bar import after_number, coloured, limit_bar, limits, numbers, spread_above, usual_words
+from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.steps.status import Status, of_findings
 from checks.cause import Cause
 from checks.declare import Check
 from checks.verdict import Finding
 
 NO_USUAL: Mapping[str, float] = MappingProxyType({})
 _ABOVE = "as above"  # of a reason that another finding gave
-_STRIP = 30  # columns of the drawn bar
+_STRIP, _LEAST_STRIP = 30, 18  # columns of the drawn bar
 _FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
-_ROOM = 59  # columns beside the steps at 80: a limit that has no room there stands whole on the next line
+ROOM = 59  # columns beside the steps at 80: a limit that has no room there stands whole on the next line
 
 
 class Findings(Hanging):
     """Shows one judgement, or words in its place. whole: with what is for information."""
 
     whole = False
+
+    def __init__(self, *, id: str) -> None:
+        super().__init__(id=id, classes="card")
+        self.border_title = "Result"
+        self._shown: tuple[Check, StepJudged | None, str, Mapping[str, float], str] | None = None
 
     def show(
         self,
@@ -36,8 +44,23 @@ class Findings(Hanging):
         usual: Mapping[str, float] = NO_USUAL,
         first: str = "",
     ) -> None:
-        text = findings_text(check, judgement, usual, first, whole=self.whole) if judgement else Text(words, "dim")
-        self.display = bool(text.plain)
+        self._shown = check, judgement, words, usual, first
+        status = of_findings(judgement.findings) if judgement is not None else None
+        self.set_class(status is Status.FAIL, "bad")
+        self.set_class(status in (Status.NO_RESULT, Status.CONDITIONAL), "todo")
+        self.display = bool(words or judgement is not None)
+        self._draw()
+
+    def on_resize(self) -> None:
+        self._draw()
+
+    def _draw(self) -> None:
+        if self._shown is None:
+            return
+        check, judgement, words, usual, first = self._shown
+        text, room = Text(words, "dim"), self.size.width or ROOM
+        if judgement is not None:
+            text = findings_text(check, judgement, usual, first, whole=self.whole, room=room)
         self.hang(text)
 
 
@@ -48,32 +71,37 @@ def findings_text(
     first: str = "",
     *,
     whole: bool = False,
+    room: int = ROOM,
 ) -> Text:
     """Return the findings; what to do stands below the one that it is about, and those of one cause share reason and
     advice. usual: values of the units before, by quantity; first: what to put right at the records, before a misfit is
-    analysed; whole: with the values that have no limits."""
+    analysed; whole: with the values that have no limits; room: columns."""
     text, told = Text(), set[str]()
     drawn = len(judgement.findings) <= _FEW
     widths = _widths(judgement.findings)
     for finding in judgement.findings:
         shown = replace(finding, reason=_ABOVE) if finding.reason in told else finding
-        text.append_text(finding_text(shown, usual.get(finding.quantity)) if drawn else finding_row(shown, *widths))
+        mine = usual.get(finding.quantity)
+        text.append_text(finding_text(shown, mine, room) if drawn else finding_row(shown, *widths, room))
         told.add(finding.reason or "")
         for advised in advice(check, finding):
             line = first if first and advised == ADVICE[Cause.MODEL_MISFIT] else advised
             if line not in told:
-                text.append(f"  → {line}\n", "bold yellow")
+                text.append(f"  → {pretty(line)}\n", "bold yellow")
             told.add(line)
     name = max((len(label_of(i.quantity)) for i in judgement.information), default=0)
     for i in judgement.information if whole else ():
         text.append(f"  {label_of(i.quantity):<{name}}  {numbers(i.value, i.U, i.unit)}\n", "dim")
-    for note in judgement.notes:
-        text.append(f"  Note: {note}\n", "dim")
     if judgement.information and not whole:
         count = len(judgement.information)
         text.append(f"  Ctrl+D: {count} more value{'s' if count > 1 else ''}, without limits\n", "dim")
     text.rstrip()
     return text
+
+
+def notes_text(judgement: StepJudged | None) -> Text:
+    """Return what a judgement notes beside its findings, a line each."""
+    return Text("\n".join(f"· {pretty(note)}" for note in judgement.notes) if judgement is not None else "", "dim")
 
 
 def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
@@ -82,32 +110,37 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
     return max(names, default=0), max((len(_value(f)) for f in findings), default=0)
 
 
-def finding_text(f: Finding, usual: float | None = None) -> Text:
-    """Return a finding in two lines, and a third with its reason if it has one. usual: its value at other units."""
-    status = of_findings([f])
-    colour = status.style
-    text = Text.assemble((f"{status.mark} {label_of(f.quantity)}", colour), "  ")
-    if f.value is not None:
-        text.append(f"{_value(f)}  ", "bold")
-    text.append(f"{status.word}\n", colour)
-    drawn = limit_bar(f.value, f.U, f.lower, f.upper, _STRIP, usual)
-    text.append(f"  {drawn}  ", colour)
-    text.append(f"{limits(f.lower, f.upper)}{after_number(f.unit)}{usual_words(usual)}\n", "dim")
+def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
+    """Return a finding in two lines, its value on a third where there is no room, and one more with its reason if it has
+    one. usual: its value at other units; room: columns."""
+    status, value = of_findings([f]), "" if f.value is None else _value(f)
+    colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
+    text = Text(head, colour)
+    if value:
+        fits = len(head) + 2 + len(value) + 2 + len(status.word) <= room
+        text.append("  " if fits else "\n  ").append(value, "bold")
+    text.append(f"  {status.word}\n", colour)
+    bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
+    beside = room - 4 - len(bounds)
+    width = min(_STRIP, beside) if beside >= _LEAST_STRIP else min(_STRIP, max(_LEAST_STRIP, room - 2))
+    drawn = limit_bar(f.value, f.U, f.lower, f.upper, width, usual)
+    text.append("  ").append_text(coloured(drawn, colour)).append("  " if beside >= _LEAST_STRIP else "\n  ")
+    text.append(f"{bounds}{usual_words(usual)}\n", "dim")
     if f.reason:
-        text.append(f"  {f.reason}\n", colour)
+        text.append(f"  {pretty(f.reason)}\n", colour)
     return text
 
 
-def finding_row(f: Finding, name: int, value: int) -> Text:
+def finding_row(f: Finding, name: int, value: int, room: int = ROOM) -> Text:
     """Return a finding in one line, with its limits behind it or whole below it, and a line with its reason if it has
-    one. name, value: columns of these."""
+    one. name, value: columns of these; room: of the whole."""
     status = of_findings([f])
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}  ", status.style))
     bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-    fits = 2 + name + 2 + value + 2 + len(bounds) <= _ROOM
+    fits = 2 + name + 2 + value + 2 + len(bounds) <= room
     text.append(f"{_value(f):<{value}}", "bold").append(f"{'  ' if fits else chr(10) + '    '}{bounds}\n", "dim")
     if f.reason and not (f.reason == _ABOVE and f.value is None):
-        text.append(f"    {f.reason}\n", status.style)
+        text.append(f"    {pretty(f.reason)}\n", status.style)
     return text
 
 
@@ -115,3 +148,20 @@ def _value(f: Finding) -> str:
     if f.value is None:
         return _ABOVE if f.reason == _ABOVE else "no value"
     return numbers(f.value, f.U, f.unit)
+
+
+def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], width: int = 44) -> Text:
+    """Return what is asked of a step: each zone, and where the units before lie in it."""
+    text = Text()
+    for name, limit in step.asked.limits.items():
+        values = earlier.get(name, ())
+        usual = median(values) if values else None
+        above = spread_above(values, None, limit.lower, limit.upper, width)
+        drawn = limit_bar(None, None, limit.lower, limit.upper, width, usual)
+        text.append(f"{label_of(name)}  ", "bold").append(f"{limits(limit.lower, limit.upper)}", "")
+        text.append(f"{after_number(limit.unit)}{usual_words(usual)}\n")
+        text.append(f"  {above}\n" if values else "", "dim").append("  ").append_text(coloured(drawn, "cyan")).append(
+            "\n"
+        )
+    text.rstrip()
+    return text

@@ -2,7 +2,9 @@
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.padding import Padding
+from rich.segment import Segment
 from rich.text import Text
+from textual.geometry import Region
 from textual.widgets import Static
 
 
@@ -26,15 +28,29 @@ class Hung:
 
 
 class Hanging(Static):
-    """Shows such a text."""
+    """Shows such a text. Of another text as long as the one before, the lines that differ are sent to the terminal."""
 
-    def __init__(self, words: str | Text = "", *, id: str | None = None) -> None:
-        super().__init__(id=id, markup=False)
+    def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
 
     def hang(self, text: Text) -> None:
+        if text == self._hung.text and text.spans == self._hung.text.spans:
+            return
+        before = self._rows()
         self._hung = Hung(text)
-        self.refresh(layout=True)
+        after = self._rows()
+        if not before or len(before) != len(after):
+            self.refresh(layout=True)
+            return
+        differ = [y for y, both in enumerate(zip(before, after, strict=True)) if both[0] != both[1]]
+        if differ:
+            self.refresh(*(Region(0, y, self.size.width, 1) for y in differ))
+
+    def _rows(self) -> list[list[Segment]]:
+        """Return the lines as they are drawn, none before the first layout."""
+        width = self.size.width
+        return self.app.console.render_lines(self._hung, self.app.console.options.update(width=width)) if width else []
 
     def render(self) -> Hung:
         return self._hung

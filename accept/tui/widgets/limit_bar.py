@@ -1,10 +1,15 @@
 """A value in place inside its limits, drawn in one line of characters."""
 
 import math
+from collections.abc import Sequence
 
+from rich.text import Text
+
+from accept.pictures.words import pretty
 from checks.rounding import rounded, with_U
 
-OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE, USUAL = "·", "─", "┃", "━", "●", "╎"
+OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE, USUAL = "┄", "━", "┃", "▬", "◆", "╎"
+_BLOCKS = "▁▂▃▄▅▆▇█"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
@@ -38,6 +43,57 @@ def limit_bar(
     return "".join(cells)
 
 
+def coloured(bar: str, colour: str) -> Text:
+    """Return a drawn bar in which zone and value have a colour, the limits none, and all beyond them is dim."""
+    text = Text(bar, colour)
+    for place, cell in enumerate(bar):
+        if cell in (OUTSIDE, LIMIT, USUAL):
+            text.stylize("not bold dim default" if cell == OUTSIDE else "bold default", place, place + 1)
+    return text
+
+
+def below_bar(value: float | None, lower: float | None, upper: float | None, width: int) -> str:
+    """Return the numbers of the limits, each below its place in a bar."""
+    lo, hi = _ends(value, lower, upper)
+    cells = [" "] * width
+    for limit in (lower, upper):
+        if limit is None:
+            continue
+        words = f"{limit:g}"
+        start = math.floor(width * (limit - lo) / (hi - lo)) - len(words) // 2
+        start = max(0, min(start, width - len(words)))
+        if not "".join(cells[max(0, start - 1) : start + len(words) + 1]).strip():
+            cells[start : start + len(words)] = words
+    return "".join(cells)
+
+
+def spread_above(
+    earlier: Sequence[float], value: float | None, lower: float | None, upper: float | None, width: int
+) -> str:
+    """Return how many earlier units lie above each place of a bar."""
+    lo, hi = _ends(value, lower, upper)
+    counts = [0] * width
+    for each in earlier:
+        place = math.floor(width * (each - lo) / (hi - lo)) if math.isfinite(each) else -1
+        if 0 <= place < width:
+            counts[place] += 1
+    return blocks([float(count) for count in counts], width, empty=True)
+
+
+def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
+    """Return values as bars of one row, the last at the right, each the largest of those that share its column. empty:
+    nothing stands where the value is zero."""
+    known = [v for v in values if math.isfinite(v)]
+    if not known:
+        return " " * width
+    edges = [round(n * len(known) / width) for n in range(width + 1)] if len(known) > width else []
+    shown = [max(known[a:b]) for a, b in zip(edges, edges[1:], strict=False)] or known
+    lo, hi = (0.0 if empty else min(shown)), max(shown)
+    steps = [round((len(_BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
+    drawn = "".join(" " if empty and v == 0.0 else _BLOCKS[n] for n, v in zip(steps, shown, strict=True))
+    return drawn.rjust(width)
+
+
 def _ends(value: float | None, lower: float | None, upper: float | None) -> tuple[float, float]:
     """Return what the line spans: the zone and a margin; with one limit, from zero or to beyond the value."""
     reach = abs(value) if value is not None and math.isfinite(value) else 0.0
@@ -69,8 +125,8 @@ def usual_words(usual: float | None) -> str:
 
 
 def after_number(unit: str) -> str:
-    """Return the unit as it follows a number: a pure number has none, and `percent` is written %."""
-    return "" if unit == "1" else f" {'%' if unit == 'percent' else unit}"
+    """Return the unit as people write it behind a number: a pure number has none."""
+    return "" if unit in ("", "1") else f" {pretty(unit)}"
 
 
 def limits(lower: float | None, upper: float | None) -> str:

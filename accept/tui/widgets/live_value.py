@@ -1,22 +1,62 @@
-"""Below a form: what the instrument of the present line shows, and where that lies inside its limits."""
+"""What the instrument of the present line shows: the value in digits that are seen from afar, where it lies inside its
+limits and among the units before, and how it has moved."""
 
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
+from statistics import median
 
+from rich.style import Style
 from rich.text import Text
 from textual.message import Message
-from textual.widgets import Static
+from textual.renderables.digits import Digits
 
-from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
-from accept.workflow.instruments.port import InstrumentPort, Look, Watch
+from accept.tui.widgets.card import entitle
+from accept.tui.widgets.hanging import Hanging
+from accept.tui.widgets.limit_bar import (
+    USUAL,
+    VALUE,
+    after_number,
+    below_bar,
+    blocks,
+    coloured,
+    limit_bar,
+    limits,
+    numbers,
+    spread_above,
+    usual_words,
+)
+from accept.tui.widgets.step_list import WIDE_FROM
+from accept.workflow.instruments.port import EVERY_S, InstrumentPort, Look, Watch
 from checks.declare import Measured
+from checks.rounding import with_U
 from specs.spec import Limit
 
-_LINE = 24  # columns for value and instrument: it is never broken inside its name
-_STRIP = 26  # columns of the drawn bar
+_STRIP = 26  # columns of the drawn bar on a small terminal
+_SHOWN_S = 30  # of what was seen, one column for each second
+_LEAST_ROWS = 30  # of a terminal with room for large digits
 
 
-class Gauge(Static):
-    """Follows one instrument at a time, from a thread; the last fault stays beside the value until it is read away."""
+@dataclass(frozen=True)
+class Followed:
+    """What one line is about. name: of the instrument, "" for a stored value; label: of the line; earlier: values of
+    the last units."""
+
+    name: str = ""
+    label: str = ""
+    unit: str = ""
+    limit: Limit | None = None
+    earlier: Sequence[float] = ()
+
+    @property
+    def usual(self) -> float | None:
+        return median(self.earlier) if self.earlier else None
+
+
+class Gauge(Hanging):
+    """Follows one instrument at a time, from a thread; the last fault stays beside the value until it is read away.
+    As long as a line is followed it has as many rows."""
 
     class Looked(Message):
         """What the thread saw."""
@@ -26,33 +66,26 @@ class Gauge(Static):
             self.token, self.seen = token, seen
 
     def __init__(self) -> None:
-        super().__init__(id="gauge", markup=False)
+        super().__init__(id="gauge", classes="card")
         self._watch: Watch | None = None
         self._token = object()  # of the line that is followed: a look at the one before comes late
-        self._whose, self._unit = "", ""
-        self._limit: Limit | None = None
-        self._usual: float | None = None
+        self._about = Followed()
         self._value: Measured | None = None
+        self._seen = deque[float](maxlen=round(_SHOWN_S / EVERY_S))
         self._fault = ""
 
-    def follow(
-        self,
-        instrument: InstrumentPort | None,
-        unit: str,
-        limit: Limit | None,
-        stored: Measured | None,
-        usual: float | None = None,
-    ) -> None:
+    def follow(self, instrument: InstrumentPort | None, about: Followed, stored: Measured | None) -> None:
         """Look at this instrument from now on; without one, show what is stored. The fault of an instrument stays if it
-        is the same one: the cursor comes back to the line whose reading failed. usual: value of the units before."""
+        is the same one: the cursor comes back to the line whose reading failed."""
         self.leave()
-        if instrument is None or instrument.short_name != self._whose:
+        if instrument is None or instrument.short_name != self._about.name:
             self._fault = ""
-        self._whose, self._unit, self._limit, self._value, self._usual = "", unit, limit, stored, usual
+        self._about, self._value = about, stored
+        self._seen.clear()
         self._token = token = object()
         if instrument is not None:
-            self._whose, self._value = instrument.short_name, None
-            self._watch = Watch(instrument, unit, partial(self._tell, token))
+            self._value = None
+            self._watch = Watch(instrument, about.unit, partial(self._tell, token))
         self._draw()
 
     def forget(self) -> None:
@@ -75,38 +108,98 @@ class Gauge(Static):
         if event.token is not self._token or self._watch is None:
             return
         self._value = event.seen.measured
+        if self._value is not None:
+            self._seen.append(self._value.value)
         self._fault = event.seen.error or self._fault
         self._draw()
 
+    def on_resize(self) -> None:
+        self._draw()
+
     def _draw(self) -> None:
-        text = gauge_text(self._whose, self._value, self._unit, self._limit, self._fault, self._usual)
-        self.display = bool(text.plain)
-        self.update(text)
+        about, size = self._about, self.app.size
+        self.display = bool(about.name or (about.limit is not None and self._value is not None))
+        title = about.label[:1].upper() + about.label[1:]
+        entitle(self, f"Live · {title}" if about.name else f"Saved · {title}", f"● {about.name}" if about.name else "")
+        self.set_class(bool(about.name), "live")
+        if about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS:
+            self.hang(large_text(about, self._value, self._fault, tuple(self._seen), self.size.width))
+        else:
+            self.hang(gauge_text(about, self._value, self._fault))
 
 
-def gauge_text(
-    name: str, value: Measured | None, unit: str, limit: Limit | None, fault: str, usual: float | None = None
-) -> Text:
-    """Return what stands beside a value. name: of the instrument, "" for a stored value; fault: the last one, ""
-    without; usual: value of the units before."""
-    text = Text()
-    if name:
-        text.append("now ", "dim").append("…" if value is None else _number(value, unit), "bold")
-        on = f"on {name}"
-        text.append(f"{'  ' if len(text.plain) + 2 + len(on) <= _LINE else chr(10)}{on}\n", "dim")
-    if limit is not None and value is not None:
-        drawn = limit_bar(value.value, value.U, limit.lower, limit.upper, _STRIP, usual)
-        inside = limit.bounds[0] <= value.value <= limit.bounds[1]
-        text.append(drawn, "green" if inside else "bold red")
-        text.append(f"  {limits(limit.lower, limit.upper)} {limit.unit}{usual_words(usual)}", "dim")
-        text.append("\n" if inside else "  outside\n", "" if inside else "bold red")
-    if fault:
-        text.append(f"✗ {fault}" if value is None else f"✗ before: {fault}", "bold red" if value is None else "dim")
-    text.rstrip()
-    return text
+def gauge_text(about: Followed, value: Measured | None, fault: str) -> Text:
+    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without."""
+    text, limit, usual = Text(), about.limit, about.usual
+    if about.name:
+        text.append("now ", "dim").append("…" if value is None else _number(value, about.unit), "bold")
+        text.append(f"  on {about.name}\n", "dim")
+    if limit is not None:
+        drawn = limit_bar(value and value.value, value and value.U, limit.lower, limit.upper, _STRIP, usual)
+        text.append_text(coloured(drawn, _colour(value, limit)))
+        text.append(f"  {limits(limit.lower, limit.upper)}{after_number(limit.unit)}{usual_words(usual)}", "dim")
+        text.append("" if _inside(value, limit) else "  outside", "bold red").append("\n")
+    return text.append_text(_fault_line(value, fault)) if about.name else text
+
+
+def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequence[float], columns: int) -> Text:
+    """Return what is live in rows that stay where they are. seen: the values of the last half minute."""
+    text, limit = Text(), about.limit
+    colour, width = _colour(value, limit), max(_STRIP, columns)
+    number = "-" if value is None else _digits(value)
+    state = "" if limit is None or value is None else "inside" if _inside(value, limit) else "outside"
+    of = f" {after_number(about.unit)}{f'   ± {value.U:.2g}' if value is not None and value.U else ''}"
+    for row, drawn in enumerate(_large(number)):
+        text.append(f"  {drawn}", colour)
+        if row == 2:
+            text.append(of, "bold")
+            text.append(state.rjust(width - 2 - len(drawn) - len(of)), colour)
+        text.append("\n")
+    text.append(f"\nlast {_SHOWN_S} s  ", "dim").append(f"{blocks(seen, min(_SHOWN_S, width - 11))}\n", "cyan")
+    if limit is not None:
+        at = value and value.value
+        text.append(spread_above(about.earlier, at, limit.lower, limit.upper, width) + "\n", "dim")
+        drawn = limit_bar(at, value and value.U, limit.lower, limit.upper, width, about.usual)
+        text.append_text(coloured(drawn, colour)).append("\n")
+        text.append(below_bar(at, limit.lower, limit.upper, width) + "\n", "dim")
+        text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper)}{after_number(limit.unit)}")
+        text.append(_earlier_words(about) + "\n", "dim")
+    text.append(" F3 Take ", "reverse bold").append(" …" if value is None else f" {_number(value, about.unit)}", "bold")
+    text.append(f"  from {about.name}\n", "dim")
+    return text.append_text(_fault_line(value, fault))
+
+
+def _earlier_words(about: Followed) -> str:
+    if not about.earlier:
+        return ""
+    lo, hi = min(about.earlier), max(about.earlier)
+    return f"   {USUAL} usual {about.usual:.3g}: the last {len(about.earlier)} units, {lo:.3g} to {hi:.3g}"
+
+
+def _inside(value: Measured | None, limit: Limit) -> bool:
+    return value is None or limit.bounds[0] <= value.value <= limit.bounds[1]
+
+
+def _colour(value: Measured | None, limit: Limit | None) -> str:
+    return "bold" if value is None or limit is None else "bold green" if _inside(value, limit) else "bold red"
+
+
+def _fault_line(value: Measured | None, fault: str) -> Text:
+    if not fault:
+        return Text(" ")
+    return Text(f"✗ {fault}", "bold red") if value is None else Text(f"✗ before: {fault}", "dim")
+
+
+def _large(number: str) -> list[str]:
+    """Return a number three rows high."""
+    return "".join(part.text for part in Digits(number).render(Style(bold=True))).splitlines()
+
+
+def _digits(value: Measured) -> str:
+    return with_U(value.value, value.U).partition(" ")[0] if value.U else f"{value.value + 0.0:.5g}"
 
 
 def _number(value: Measured, unit: str) -> str:
     if value.U:
         return numbers(value.value, value.U, unit)
-    return f"{value.value + 0.0:.5g} {unit}"  # no "-0"
+    return f"{value.value + 0.0:.5g}{after_number(unit)}"  # no "-0"

@@ -1,5 +1,6 @@
 """On every screen of a unit: the bar on top and the steps on the left, each with its mark; a step in words."""
 
+import re
 from collections.abc import Sequence
 
 from rich.text import Text
@@ -7,61 +8,74 @@ from textual.widgets import DataTable, Static
 
 from accept.pictures import signs
 from accept.pictures.labels import check_label
+from accept.pictures.words import pretty
 from accept.store.payloads import without_hashes
-from accept.tui.widgets.limit_bar import after_number, numbers
+from accept.tui.widgets.card import entitle
+from accept.tui.widgets.limit_bar import after_number
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
-from accept.workflow.steps.section import missing_labels
+from accept.workflow.steps.section import counted, missing_labels
 from accept.workflow.steps.status import UNFINISHED, Status
-from checks.rounding import rounded
-from checks.verdict import Finding, Verdict
+from checks.verdict import Verdict
 
 HELD = Status.HELD.style  # of what quality assurance must decide
 GAP = "gap"  # the row that no check stands behind
 GAP_TITLE = "Gap analysis"
 GAP_ROW = "Gap (optional)"  # not among the steps that are counted
-_TITLE, _RESULT = 16, 20  # columns
-WIDE_FROM = 110  # columns of a terminal, as in the app's breakpoints
+WIDE_FROM = 100  # columns of a terminal, as in the app's breakpoints
+_SENTENCE = re.compile(r"(?<=[.!]) (?=[A-Z])")
+_MARK, _TITLE, _ROOM = 2, 16, 22  # columns of the list: mark, title alone, title with what was found
 
 
 class StepList(DataTable[Text]):
-    """A row per step: mark and short title; on a wide terminal also what it showed. live: whether keys move in it."""
+    """A row per step: mark, short title and, on a wide terminal, what it showed. live: whether keys move in it; beside
+    a step that is open a small terminal has room for the marks."""
 
     def __init__(self, session: Session, *, live: bool) -> None:
-        super().__init__(id="steps", cursor_type="row", show_header=False, cell_padding=0)
-        self._session = session
+        super().__init__(id="steps", cursor_type="row", show_header=False, cell_padding=0, classes="card")
+        self._session, self._live = session, live
         self.can_focus = live
 
     def on_mount(self) -> None:
-        self.add_column("", key="mark", width=3)
-        self.add_column("step", key="title", width=_TITLE)
-        self.add_column("result", key="more", width=self._room())
+        self.add_column("", key="mark", width=_MARK)
+        self.add_column("step", key="title", width=self._room())
         for step in self._session.steps:
-            self.add_row(Text(), Text(step.short), Text(), key=step.name)
+            self.add_row(Text(), Text(step.short), key=step.name)
         if self._session.gap.responses is not None:
-            self.add_row(Text(), Text(GAP_ROW), Text(), key=GAP)
+            self.add_row(Text(), Text(GAP_ROW), key=GAP)
         self.show()
 
     def show(self) -> None:
         if not self.row_count:
             return
+        done = 0
         for step in self._session.steps:
             status = self._session.judgements.status(step)
             held = any(note.nonconformance for note in self._session.state(step.name).notes)
             self._put(step.name, status, step.short, result_words(self._session, step, status), held)
+            done += status not in UNFINISHED
         if self._session.gap.responses is not None:
             found = self._session.gap.found  # it has no verdict, but a mark all the same
-            word = "" if found is None else signs.GAP[str(found["verdict"])].word
+            word = () if found is None else (signs.GAP[str(found["verdict"])].word,)
             self._put(GAP, Status.NOT_DONE if found is None else Status.TAKEN, GAP_ROW, word)
+        entitle(self, *(("Steps", f"{done} of {len(self._session.steps)}") if self._room() else ("",)))
 
-    def _put(self, row: str, status: Status, title: str, more: str, held: bool = False) -> None:
-        """held: a nonconformance was noted there, which is red whatever was measured."""
+    def _put(self, row: str, status: Status, title: str, more: Sequence[str], held: bool = False) -> None:
+        """Fill a row. more: what was found, the longest first; held: a nonconformance was noted there, which is red
+        whatever was measured."""
         marked = Status.HELD if held and status in UNFINISHED else status
-        mark, style = f" {marked.mark}", marked.style
-        self.update_cell(row, "mark", Text(mark, style))
-        plain = "dim" if status is Status.NOT_DONE else ""
-        self.update_cell(row, "title", _cut(Text(title, HELD if held else plain), _TITLE))
-        self.update_cell(row, "more", _cut(Text(more, "dim"), _RESULT))
+        self._set(row, "mark", Text(marked.mark, marked.style))
+        plain, room = "dim" if status is Status.NOT_DONE else "", self._room()
+        text = Text(title, HELD if held else plain)
+        fits = next((words for words in more if len(title) + 1 + len(words) <= room), "")
+        text.append(fits.rjust(room - len(title)), "" if status is Status.PASS else status.style)
+        text.truncate(room, overflow="ellipsis")
+        self._set(row, "title", text)
+
+    def _set(self, row: str, column: str, text: Text) -> None:
+        """Draw a cell only if it has changed: the list stands beside what is typed."""
+        if self.get_cell(row, column) != text:
+            self.update_cell(row, column, text)
 
     def stand_at(self, name: str) -> None:
         if name in {str(key.value) for key in self.rows}:
@@ -69,12 +83,14 @@ class StepList(DataTable[Text]):
 
     def on_resize(self) -> None:
         for column in self.ordered_columns:
-            if column.key.value == "more":
+            if column.key.value == "title":
                 column.width = self._room()
+        self.show()
         self.refresh()
 
     def _room(self) -> int:
-        return _RESULT if self.app.size.width >= WIDE_FROM else 0
+        wide = self.app.size.width >= WIDE_FROM
+        return _ROOM if wide else _TITLE if self._live else 0
 
 
 def held_words(nonconformances: Sequence[str]) -> Text:
@@ -90,37 +106,44 @@ def where_held(nonconformances: Sequence[str]) -> str:
     return "; ".join(f"{check_label(step)}{colon}{words}" for step, colon, words in parts)
 
 
-def result_words(session: Session, step: WorkflowStep, status: Status) -> str:
-    """Return the first finding that is no pass, else the first: its number."""
+def result_words(session: Session, step: WorkflowStep, status: Status) -> Sequence[str]:
+    """Return what a step showed, the longest form first: every value, then the first that is no pass, else the first,
+    in fewer and fewer letters. Before that, how many of its entries are there."""
     judgement = session.judgements.of_step(step.name)
-    notes = "✎ " if session.state(step.name).notes else ""
+    note = "✎ " if session.state(step.name).notes else ""
     if judgement is None or status in UNFINISHED:
-        return f"{notes}{status.word if status is Status.REFUSED else ''}"
-    worst = [f for f in judgement.findings if f.verdict is not Verdict.PASS] or list(judgement.findings)
-    return notes + "".join(_number(f, status) for f in worst[:1])
+        taken, wanted = counted(step, session.state(step.name))
+        word = status.word if status is Status.REFUSED else f"{taken} of {wanted}" if taken and not step.derived else ""
+        return f"{note}{word}", note
+    found = judgement.findings
+    first = next((f for f in found if f.verdict is not Verdict.PASS), found[0] if found else None)
+    if first is None:
+        return (note,)
+    if first.value is None:
+        return f"{note}{status.word}", note
+    short, of = f"{first.value:.3g}", pretty(after_number(first.unit))
+    every = [f"{f.value:.3g}" for f in found if f.value is not None]
+    together = [" · ".join(every)] if len(every) == len(found) == 2 and found[0].unit == found[1].unit else []
+    return tuple(f"{note}{words}" for words in (*together, f"{short}{of}", short))
 
 
-def _number(f: Finding, status: Status) -> str:
-    """Return what was found; without its U where both have no room."""
-    if f.value is None:
-        return status.word
-    whole = numbers(f.value, f.U, f.unit)
-    return whole if len(whole) <= _RESULT else f"{rounded(f.value, f.U)}{after_number(f.unit)}"
-
-
-def _cut(text: Text, width: int) -> Text:
-    text.truncate(width, overflow="ellipsis")
-    return text
-
-
-def head(session: Session, step: WorkflowStep) -> Text:
-    """Return number, state and title, which is never cut."""
+def head(session: Session, step: WorkflowStep) -> tuple[str, Text]:
+    """Return the title of a step, and its state and number for the other end of the same line."""
     status = session.judgements.status(step)
     number = 1 + [s.name for s in session.steps].index(step.name)
-    text = Text().append(f"{number}/{len(session.steps)}  ", "dim")
-    text.append(f"{status.mark} {status.word}", status.style)
-    text.append("  ·  ", "dim").append(step.title, "bold")
-    return text if step.asked.required else text.append("  (not required)", "dim")
+    state = Text(f"{status.mark} {status.word}", status.style)
+    state.append(f" · {number} of {len(session.steps)}", "dim")
+    return step.title if step.asked.required else f"{step.title} (not required)", state
+
+
+def what_to_do(words: str) -> Text:
+    """Return instructions as numbered lines, one for each sentence."""
+    sentences = _SENTENCE.split(words)
+    text = Text()
+    for number, sentence in enumerate(sentences, 1):
+        text.append(f"{number} " if len(sentences) > 1 else "", "bold yellow").append(f"{sentence}\n")
+    text.rstrip()
+    return text
 
 
 def setup(step: WorkflowStep) -> Text:
@@ -128,7 +151,7 @@ def setup(step: WorkflowStep) -> Text:
     text = Text()
     for label, words in (("Instrument", step.asked.instrument or ""), ("Drive", step.guide.drive)):
         if words:
-            text.append(f"{label}: ", "bold").append(f"{words}\n", "")
+            text.append(f"{label}  ", "bold").append(f"{pretty(words)}\n", "")
     text.rstrip()
     return text
 
@@ -169,7 +192,8 @@ class UnitBar(Static):
         session = self._session
         done = sum(session.judgements.status(step) not in UNFINISHED for step in session.steps)
         count = f"{done} of {len(session.steps)} steps{'' if session.gap.responses is None else ', gap optional'}"
-        text = Text.assemble((f" {session.serial} ", "reverse bold"), "  ", (f"attempt {session.attempt.number}", ""))
+        text = Text.assemble(("◆ accept  ", "bold yellow")) if self.size.width >= WIDE_FROM else Text()
+        text.append(f" {session.serial} ", "reverse bold").append(f"  attempt {session.attempt.number}")
         for words in (self._where, count, session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None
         text.no_wrap, text.overflow = True, "ellipsis"

@@ -77,6 +77,22 @@ def _missing_label(declared: Input, state: StepState) -> str:
     return f"{declared.item}{'s' if len(places) > 1 else ''} {', '.join(places)}"
 
 
+def counted(step: WorkflowStep, state: StepState) -> tuple[int, int]:
+    """Return how many values and files of the step's form were given, and how many it has that are needed or given."""
+    given = wanted = 0
+    for declared in step.form(state.form).inputs:
+        places = range(declared.size) if isinstance(declared, Vector) else (None,)
+        taken = sum(
+            state.link(declared.name) is not None
+            if isinstance(declared, Series | CsvTable)
+            else bool(state.readings(declared.name, index))
+            for index in places
+        )
+        given += taken
+        wanted += len(places) if is_needed(declared) else taken
+    return given, wanted
+
+
 def full(step: WorkflowStep, state: StepState) -> bool:
     """Return whether every input of the step's form was given, optional ones too."""
     return all(_given(i, state) for i in step.form(state.form).inputs)
