@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from checks.acceptance.common.typed_value import with_temperature
     from checks.acceptance.flatness import POSITIONS_MM, minimum_zone
     from checks.acceptance.responses.rules import record_faults, size_faults
-    from checks.acceptance.spurious_modes import HAMMER_RECORDS, AXIAL_Hz, TORSION_Hz, hammer_progress
+    from checks.acceptance.spurious_modes import HAMMER_RECORDS, AXIAL_Hz, HitsSoFar, TORSION_Hz, hammer_progress
     from checks.acceptance.stiffness import deflection_of
 else:
     __getattr__ = door(__name__)
