@@ -23,7 +23,7 @@ from accept.pictures.words import pretty
 from accept.tui.background.busy_screen import Then, after
 from accept.tui.background.scanning import Scanning
 from accept.tui.background.viewer import open_file, viewer
-from accept.tui.screens.ask import Help, Question, QuestionLine
+from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
@@ -134,9 +134,15 @@ class Summary(Scanning):
                 await self._open_page(Path(str(self.dialogue.facts.certificate)))
             case Do.ASK_REMEDY:
                 ask_remedy(self, lambda _: self.leave(False))
-            case Do.TELL_HIDDEN if self.bench.training is not None:
-                told = Help("Training: what this unit had", self.bench.training.hidden, "next unit")
-                self.app.push_screen(told, lambda further: self.leave(True) if further else None)
+            case Do.TELL_HIDDEN if (unit := self.bench.training) is not None:
+                if choices := unit.choices:
+                    words = "Guess before it is told. Esc: tell me"
+                    asked = Choice("Training: what is wrong with this unit?", words, choices)
+                    self.app.push_screen(
+                        asked, lambda n: self._tell_hidden("" if n is None else f"{unit.guess(n)}\n\n")
+                    )
+                else:
+                    self._tell_hidden("")
             case Do.RING if os.environ.get(SOUND, "").strip() == "1":
                 for n in range(1 if self.dialogue.accepted else 3):
                     self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
@@ -168,6 +174,12 @@ class Summary(Scanning):
                     partial(self.later, dialogue.signed),
                     "countersigning",
                 )
+
+    def _tell_hidden(self, guessed: str) -> None:
+        """Tell what was wrong with the unit of a training. guessed: what became of the guess."""
+        if self.bench.training is not None:
+            told = Help("Training: what this unit had", f"{guessed}{self.bench.training.hidden}", "next unit")
+            self.app.push_screen(told, lambda further: self.leave(True) if further else None)
 
     async def _open_page(self, path: Path) -> None:
         """Show the certificate: in a tab of the browser, in the viewer of this desktop, else say where it is."""
