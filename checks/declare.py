@@ -4,7 +4,7 @@ The reader of `unit.toml`, the form in the workflow, the validation of a spec an
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -136,12 +136,13 @@ class Setting:
 class Guide:
     """Instructions for the technician at a check's step. words: two sentences; picture: lines of a drawing, at most 33
     columns wide; drive: who starts it, and at which amplitude; "" if no drive is needed. pictures_without: channel ->
-    the drawing for products that do not have it."""
+    the drawing for products that do not have it. lit: input -> what of the drawing is in use while it is measured."""
 
     words: str
     picture: str = ""
     drive: str = ""
     pictures_without: Mapping[str, str] = field(default_factory=dict)
+    lit: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def without(self, absent: Mapping[str, str]) -> "Guide":
         """Return the instructions for a product that does not have these channels: each with the reason."""

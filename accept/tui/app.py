@@ -12,6 +12,7 @@ from textual.filter import LineFilter, Monochrome
 from accept.tui import theme
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.key_queue import InOrder
+from accept.tui.palette import BenchCommands
 from accept.tui.screens.ask import Help
 from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
 from accept.workflow.dialogue.begin import Begun
@@ -41,7 +42,7 @@ class BenchApp(InOrder):
 
     TITLE = "accept"
     CSS_PATH = "style.tcss"
-    ENABLE_COMMAND_PALETTE = False
+    COMMANDS = {BenchCommands}  # noqa: RUF012 - declared so by textual
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide"), (170, "-huge")]  # noqa: RUF012 - declared so by textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall")]  # noqa: RUF012 - as above
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -184,6 +185,19 @@ class BenchApp(InOrder):
             return
         await self._begun(Begin(*opened, queue), words)
 
+    async def go_to_step(self, name: str) -> None:
+        """Open a step of this unit from another of its screens."""
+        from accept.tui.screens.steps import Steps  # what it imports is there by now
+
+        while self.screen_stack and not isinstance(self.screen, Steps):
+            if not isinstance(self.screen, Working):
+                return
+            await self.screen.saved()
+            self.screen.leave(False)
+            await asyncio.sleep(0)
+        if isinstance(self.screen, Steps):
+            await self.screen.open_step(name)
+
     async def scanned(self, serial: str, queue: "Queue | None") -> str:
         """Go to the unit whose serial was scanned, at the step in hand; a new one is begun on the first screen. Return
         why not, "" if it is done."""
@@ -245,7 +259,9 @@ class BenchApp(InOrder):
     def get_key_display(self, binding: Binding) -> str:
         """Return a key's name as it is printed on the key and in the instructions: F1, Esc, Enter."""
         key = binding.key
-        if binding.key_display or len(key) == 1 or key.startswith("ctrl+"):
+        if key.startswith("ctrl+"):
+            return f"^{key.removeprefix('ctrl+').upper()}"
+        if binding.key_display or len(key) == 1:
             return super().get_key_display(binding)
         return _KEYCAPS.get(key, key.capitalize())
 

@@ -48,5 +48,6 @@ CHECK = Check(
         "Then measure the two actuator stacks in parallel.",
         PICTURE,
         drive="none; disconnect the amplifier",
+        lit={"sensor_uF": ("1 sensor",), "actuator_uF": ("2 ┐ drive", "3 ┘")},
     ),
 )

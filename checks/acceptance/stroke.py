@@ -311,5 +311,6 @@ CHECK = Check(
         "Load both records, or enter the stroke of all three stacks.",
         PICTURE,
         drive="start a slow sine at the DAC, -1 V to 7.5 V: -20 V to 150 V on the stacks",
+        lit={"one_stack": ("record 1", "1 ─ amp"), "two_stacks": ("record 2", "2 ┐ amp", "3 ┘")},
     ),
 )

@@ -10,17 +10,20 @@ from inspect import isawaitable
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
+from textual.reactive import Reactive
 from textual.screen import Screen
 from textual.timer import Timer
+from textual.widget import Widget
 from textual.widgets import Input, Label
 from textual.worker import Worker, WorkerState
 
 from accept.pictures.words import pretty
-from accept.workflow.dialogue.turn import Common, Turn
+from accept.workflow.dialogue.turn import Common, Toast, Turn
 
 Then = Callable[[Any], Any]  # what it returns is awaited if it can be
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
+TOLD_S = 4.0  # that words about what was done stay
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
@@ -60,6 +63,8 @@ class Working(Screen[T]):
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("f1", "app.help", "Help")]
     press: Callable[..., Turn[Any]]  # answers a key, in its dialogue
+    # The library's own draws the whole screen anew with every move of the cursor: 30 kB on a slow line.
+    focused: Reactive[Widget | None] = Reactive(None, repaint=False)
 
     def __init__(self) -> None:
         super().__init__()
@@ -70,6 +75,7 @@ class Working(Screen[T]):
         self._ended = asyncio.Event()  # of what was sent
         self._clock: Timer | None = None
         self.dialogue: Any = None  # its state
+        self.told = Toast("")  # last
         self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
         self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
@@ -111,6 +117,8 @@ class Working(Screen[T]):
         for effect in turn.effects:
             if effect is Common.BELL:
                 self.app.bell()
+            elif isinstance(effect, Toast):
+                self.tell(effect)
             elif effect is Common.SELECT:
                 if isinstance(self.focused, Input):
                     self.focused.select_all()
@@ -162,6 +170,12 @@ class Working(Screen[T]):
         for status in self.query("#status").results(Label):
             status.set_classes(role)
             status.update(f"{mark}{pretty(words)}".replace("[", r"\["))
+
+    def tell(self, toast: Toast) -> None:
+        """Show what was done for some seconds, in place of what was told before."""
+        self.told = toast
+        self.app.clear_notifications()
+        self.notify(pretty(toast.text) or " ", title=pretty(toast.title), timeout=TOLD_S, markup=False)
 
     async def saved(self) -> None:
         """Wait until all that was sent has ended, before the screen is left: what waits in the queue would be lost.

@@ -32,6 +32,9 @@ class OpensUnits(KnowsPassphrases, Protocol):
     async def scanned(self, serial: str, queue: Queue | None) -> str:
         """Go to the unit of a serial; return why not."""
 
+    async def go_to_step(self, name: str) -> None:
+        """Open a step of this unit."""
+
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
 

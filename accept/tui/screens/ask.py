@@ -9,6 +9,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
+from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 
@@ -61,8 +62,8 @@ class Question(ModalScreen[list[str] | None]):
         self._checking = False
 
     def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog"):
-            yield Label(self._title, classes="title", markup=False)
+        with Vertical(classes="dialog") as dialog:
+            dialog.border_title = Content(self._title)
             yield Label(self._words, classes="words", markup=False)
             for line in self._lines:
                 yield Label(line.label, markup=False)
@@ -134,8 +135,8 @@ class Choice(ModalScreen[int | None]):
         self._title, self._words, self._options = title, words, options
 
     def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog"):
-            yield Label(self._title, classes="title", markup=False)
+        with Vertical(classes="dialog") as dialog:
+            dialog.border_title = Content(self._title)
             yield Label(self._words, classes="words", markup=False)
             numbered = [
                 f"{n}  {words}" if n <= len(NUMBERS) else f"   {words}" for n, words in enumerate(self._options, 1)
@@ -172,8 +173,8 @@ class Help(ModalScreen[bool]):
         self._title, self._text, self._further = title, text, further
 
     def compose(self) -> ComposeResult:
-        with VerticalScroll(classes="dialog"):
-            yield Static(self._title, classes="title", markup=False)
+        with VerticalScroll(classes="dialog") as dialog:
+            dialog.border_title = Content(self._title)
             yield Hanging(self._text)
             further = f"    F4: {self._further}" if self._further else ""
             yield Static(f"\nEnter or Esc: close{further}", classes="quiet")

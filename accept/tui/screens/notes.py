@@ -8,8 +8,11 @@ from textual.widget import AwaitMount
 from accept.store import Event
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.workflow.dialogue.turn import Toast
+from accept.workflow.effects.serve_step import clock_words
 from accept.workflow.entry.parse_entry import parse_path
 from accept.workflow.entry.record_folder import new_photo
+from accept.workflow.session.undo import entry_words
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
 
@@ -17,11 +20,11 @@ _TEXT, _WRONG, _FILE, _SHOWN = range(4)
 _ANSWERS = {_WRONG: ("y", "n", "yes", "no"), _SHOWN: ("y", "n", "p", "yes", "no")}
 
 
-def note_saved(event: Event) -> str:
-    """Return what became of a note."""
+def note_saved(screen: Scanning, event: Event) -> None:
+    """Tell what became of a note; that it holds the unit stays at the foot."""
+    screen.tell(Toast(f"Note saved {clock_words(event)} as entry {event.seq}", entry_words(event)))
     if event.data.get("nonconformance"):
-        return f"Note saved ({event.seq}). The unit is held until quality assurance decides"
-    return f"Note saved ({event.seq})"
+        screen.say("The unit is held until quality assurance decides", "doubt")
 
 
 def ask_note(screen: Scanning, step: WorkflowStep, then: Callable[[Event], None]) -> AwaitMount:

@@ -45,16 +45,21 @@ class Page(Scanning):
                     yield Hanging(what_to_do(self._words), id="words")
                     yield Static("", id="setup", markup=False)
                 with Horizontal(id="columns"):
-                    with VerticalScroll(id="body", can_focus=False):
-                        yield from self.parts()
+                    with Vertical(id="form"):
+                        yield from self.above()
+                        with VerticalScroll(id="body", can_focus=False):
+                            yield from self.parts()
                     with Vertical(id="side"):
                         yield from self.drawings()
-                        with Card(title="Plot", id="plot"):
+                        with Vertical(id="plot"):
                             yield Pictures()
-                yield from self.below()
         yield Static("", id="said", markup=False)
         yield Label("", id="status")
         yield KeyRow()
+
+    def above(self) -> ComposeResult:
+        """Return what stands above the body and is always in sight."""
+        yield from ()
 
     def parts(self) -> ComposeResult:
         """Return what stands in the body."""
@@ -62,10 +67,6 @@ class Page(Scanning):
 
     def drawings(self) -> ComposeResult:
         """Return what stands beside the body before there is a plot."""
-        yield from ()
-
-    def below(self) -> ComposeResult:
-        """Return what stands below both."""
         yield from ()
 
     def entitle(self, title: str, state: Text | str = "") -> None:
@@ -80,6 +81,11 @@ class Page(Scanning):
             rail.show()
             rail.stand_at(self._row)
         self.refresh_bindings()
+
+    async def on_step_list_wanted(self, event: StepList.Wanted) -> None:
+        """Go to a step that was pointed at."""
+        if event.name != self._row:
+            await self.bench_app.go_to_step(event.name)
 
     def on_resize(self, event: Resize) -> None:
         self.set_class(event.size.width < _SLIM, "-slim")

@@ -20,4 +20,4 @@ def ask_remedy(screen: Scanning, then: Callable[[str], None]) -> None:
             remedy = remedies[place]
             screen.hold(lambda: unit.put_right(session, remedy), lambda _: then(remedy.step), "recording again")
 
-    screen.app.push_screen(Choice("Put something right", _WORDS, [remedy.words for remedy in remedies]), do)
+    screen.app.push_screen(Choice("Repair (training)", _WORDS, [remedy.words for remedy in remedies]), do)

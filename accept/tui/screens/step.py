@@ -24,32 +24,36 @@ from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.widgets.card import Card, entitle
+from accept.tui.widgets.drawing import drawing_text
 from accept.tui.widgets.fields import Field, stored_words
-from accept.tui.widgets.findings import Findings, notes_text
+from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
-from accept.tui.widgets.limit_bar import limits
+from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
 from accept.tui.widgets.pictures import Pictures, pictures_of
-from accept.tui.widgets.step_list import WIDE_FROM, head, setup
+from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
+from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
-from accept.workflow.effects.serve_step import StepService
+from accept.workflow.effects.serve_step import StepService, changed_words, saved_words
+from accept.workflow.entry.record_folder import age_words
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
-from checks.declare import Measured
+from checks.declare import Measured, Series
 
+_COURSE = 20  # columns of how a record runs
 LOOK_EVERY_S = 1.0  # into the folder of the records
 LOOK_AT_MOST_S = 0.7  # before the form is shown: a slow folder is waited for no longer than a person notices
 TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly
 _HELP = (
     "Numbers may carry a unit and an uncertainty: 4.99 uF, 4,99, 4.99 ± 0.02 uF. F3 reads the instrument; at a "
     "record it measures the whole step. F4 takes one more reading of the same value: the mean counts, the "
-    "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; F9 keeps the value.\n"
+    "scatter is shown. If the decimal point or the unit looks mistyped, the program asks; ^K keeps the value.\n"
 )
 
 
@@ -61,23 +65,25 @@ class StepScreen(Page):
 
     # All before the line itself gets them: so keys act in the order in which they were pressed, however fast they come.
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f10,ctrl+n", "press('f10')", "Same step, next unit", show=False, priority=True),
-        Binding("f9", "press('f9')", "Keep", priority=True, show=False),
-        Binding("ctrl+d", "press('ctrl+d')", "More values", show=False, priority=True),
-        Binding("enter", "press('enter')", show=False, priority=True),
+        Binding("enter", "press('enter')", "Save", priority=True),
+        Binding("ctrl+k", "press('ctrl+k')", "Keep it", priority=True),
         Binding("f2", "press('f2')", "File", priority=True),
-        Binding("f3", "press('f3')", "Read", priority=True),
-        Binding("f4", "press('f4')", "Repeat", priority=True),
+        Binding("f3", "press('f3')", "Measure", priority=True),
+        Binding("f4", "press('f4')", "Mean", priority=True),
         Binding("f5", "press('f5')", "Note", priority=True),
-        # F6 and F9 stand beside the fields: in the footer they would push "Back" off 80 columns.
-        Binding("f6", "press('f6')", "Input", priority=True, show=False),
-        Binding("f7", "picture", "Plots", priority=True),
+        Binding("f6", "press('f6')", "Other input", priority=True),
+        Binding("f7", "picture", "Plot", priority=True),
         Binding("f8", "press('f8')", "Again", priority=True),
+        Binding("f9", "press('f9')", "Summary", priority=True),
+        Binding("f10", "press('f10')", "Next unit", priority=True),
+        Binding("ctrl+n", "press('f10')", "Next unit", show=False, priority=True),
+        Binding("ctrl+s", "press('f9')", "Sign", show=False, priority=True),
+        Binding("ctrl+d", "press('ctrl+d')", "More values", show=False, priority=True),
         Binding("ctrl+z", "press('ctrl+z')", "Undo", priority=True),
-        Binding("ctrl+r", "press('ctrl+r')", "Put right", priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Repair", priority=True),
         Binding("up", "press('up')", show=False, priority=True),
         Binding("down", "press('down')", show=False, priority=True),
-        Binding("escape", "leave", "Back", priority=True),
+        Binding("escape", "leave", "Steps", priority=True),
     ]
 
     def __init__(self, bench: Workbench, session: Session, name: str) -> None:
@@ -87,19 +93,23 @@ class StepScreen(Page):
         self.dialogue: StepDialogue = dialogue.opening(self.step, self.service.facts(None)).state
         self._shown: object = None  # that the parts above the fields were drawn from
         self._fields: Sequence[Field] = ()
+        self._courses: dict[str, Sequence[float]] = {}  # of stored records, by file
         self._other_forms = ""  # and the key that changes to them
         self._laying_out = asyncio.Lock()
+
+    def above(self) -> ComposeResult:
+        if not self.step.derived:
+            yield Gauge()
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
         if not self.step.derived:
-            yield Gauge()  # above the fields: it stays in sight
             yield Card(Vertical(id="fields"), title="Entries", id="entries")
         yield Hanging(id="notes", classes="card")
 
     def drawings(self) -> ComposeResult:
         if self.step.guide.picture:
-            yield Card(Static(self.step.guide.picture, id="guide", markup=False), title="Drawing", id="drawing")
+            yield Card(Hanging(self.step.guide.picture, id="guide"), title="Drawing", id="drawing")
 
     async def on_mount(self) -> None:
         if self.alive:
@@ -198,7 +208,7 @@ class StepScreen(Page):
         def stored(event: Event) -> None:
             for gauge in self.query(Gauge):
                 gauge.forget()
-            self.later(dialogue.stored, entry, event.seq, event.data.get("origin", ""), event.data.get("file", ""))
+            self.later(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
             self.call_next(self._watch)
 
         def failed(why: str) -> None:
@@ -240,12 +250,12 @@ class StepScreen(Page):
             self.send(lambda: self.session.entries.remeasure(self.step.name, answer[0]), self._changed, "storing")
 
     def _noted(self, event: Event) -> None:
-        self.say(note_saved(event), "good")
+        note_saved(self, event)
         self.later(Turn)  # a nonconformance holds the step that is shown
 
     def _changed(self, event: Event) -> None:
         undone = self.session.undo.words_of(event) if event.what == EntryUndone.KIND else ""
-        self.later(dialogue.changed, event.seq, undone)
+        self.later(dialogue.changed, changed_words(event, undone))
 
     async def _pick(self, effect: do.PickFile) -> None:
         declared, records, session = effect.declared, self.bench.records, self.session
@@ -267,6 +277,8 @@ class StepScreen(Page):
             return
         self._show_fields()
         d = self.dialogue
+        for guide in self.query("#guide").results(Hanging):
+            guide.hang(drawing_text(d))
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
             self.set_focus(line)
@@ -280,7 +292,35 @@ class StepScreen(Page):
         judgement = d.facts.judgement if d.complete else None
         for n, (field, line) in enumerate(zip(self._fields, d.lines, strict=True)):
             stored = stored_words(line.place, self.step, d.facts.state, judgement)
-            field.show(line.text, stored, *d.reason(n), takes=d.proposed(n) is not None)
+            course = self._course(line.place)
+            field.show(line.text, stored, *d.reason(n), takes=d.proposed(n) is not None, course=course)
+        self._read_courses()
+
+    def _course(self, place: FieldPlace) -> str:
+        """Return how a stored record runs, and its age."""
+        link = self.dialogue.facts.state.link(place.declared.name) if place.is_file else None
+        if link is None:
+            return ""
+        drawn = blocks(self._courses.get(link.file, ()), _COURSE)
+        return f"{drawn}  {age_words(self.service.stored_at(link.seq))}".strip()
+
+    def _read_courses(self) -> None:
+        """Read how the stored records run, beside everything else, each once."""
+        declared = (line.place.declared for line in self.dialogue.lines)
+        records = [each for each in declared if isinstance(each, Series)]
+        links = [(each, self.dialogue.facts.state.link(each.name)) for each in records]
+        unread = [(each, link.file) for each, link in links if link and link.file not in self._courses]
+        self._courses |= {file: () for _, file in unread}
+
+        def read() -> dict[str, Sequence[float]]:
+            return {file: self.service.course(each, file) for each, file in unread}
+
+        def done(courses: dict[str, Sequence[float]]) -> None:
+            self._courses |= courses
+            self._show_fields()
+
+        if unread:
+            self.aside(read, done, f"course {unread[0][1]}")
 
     async def _lay_out(self) -> None:
         d, forms = self.dialogue, self.step.check.forms
@@ -309,8 +349,10 @@ class StepScreen(Page):
             self.step.check, judgement, words or d.lacking, self.session.judgements.usual, d.facts.source_action or ""
         )
         notes = self.query_one("#notes", Hanging)
-        notes.display, notes.border_title = bool(judgement and judgement.notes), "Notes"
-        notes.hang(notes_text(judgement))
+        earlier = self.session.judgements.earlier
+        told = limits_text(self.step, earlier) if judgement is None else notes_text(judgement)
+        notes.display, notes.border_title = bool(told), "Limits" if judgement is None else "Notes"
+        notes.hang(told)
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
         self.query_one(Pictures).show(panels)
@@ -371,9 +413,13 @@ class StepScreen(Page):
         await self.answer(dialogue.take_value, text)
 
     @property
+    def main_key(self) -> str:
+        return self.dialogue.main_key
+
+    @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
         """Return the bindings as they are called here, those that do nothing at present out of the row of keys."""
-        idle, called = self.dialogue.idle(self.app.size.width >= WIDE_FROM), self.dialogue.called
+        idle, called = self.dialogue.idle, self.dialogue.called
         bindings = super().active_bindings
         for key, active in bindings.items():
             if active.node is self:

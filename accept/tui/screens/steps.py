@@ -23,6 +23,7 @@ from accept.tui.widgets.findings import findings_text, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import (
+    GAP,
     GAP_TITLE,
     HELD,
     StepList,
@@ -34,6 +35,8 @@ from accept.tui.widgets.step_list import (
     what_to_do,
 )
 from accept.workflow.bench import Workbench
+from accept.workflow.dialogue.turn import Toast
+from accept.workflow.effects.serve_step import changed_words
 from accept.workflow.ports import Computation
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
@@ -43,6 +46,9 @@ from specs.errors import AcceptError
 
 if TYPE_CHECKING:
     from accept.tui.screens.summary import Summary
+
+
+_OPEN = "Enter: open the step"
 
 
 class Steps(Scanning):
@@ -57,9 +63,11 @@ class Steps(Scanning):
         Binding("f5", "note", "Note", priority=True),
         Binding("ctrl+z", "undo", "Undo"),  # no letter: a serial that is scanned here must not undo anything
         Binding("f9", "summary", "Summary", priority=True),
-        Binding("ctrl+r", "put_right", "Put right"),
+        Binding("ctrl+s", "summary", "Sign", priority=True),
+        Binding("ctrl+r", "put_right", "Repair"),
         Binding("escape", "leave", "Other unit", priority=True),
     ]
+    main_key = "enter"
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
         """Make the list. words: what the start has to say, such as a record that could not be taken."""
@@ -76,8 +84,8 @@ class Steps(Scanning):
                 with Card(title="", id="todo"):
                     yield Hanging(id="words")
                 with Horizontal(id="columns"):
-                    with VerticalScroll(id="body", can_focus=False):
-                        yield Hanging(id="card", classes="card")
+                    with VerticalScroll(id="form", classes="card", can_focus=False):
+                        yield Hanging(id="card")
                     with Vertical(id="side"):
                         yield Card(Hanging(id="guide"), title="Drawing", id="drawing")
         yield Label("", id="status")
@@ -89,7 +97,7 @@ class Steps(Scanning):
         self._show()
         self._stand_at_next()
         self.set_focus(self.query_one(StepList))
-        self.say(self._words or "Enter: open the step", "bad" if self._words else "quiet")
+        self.say(self._words or _OPEN, "bad" if self._words else "quiet")
         self.aside(load_summary, lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
@@ -159,9 +167,11 @@ class Steps(Scanning):
         found = self.session.gap.found
         gap = Text("Not analysed yet", "dim") if found is None else answer(found)
         text.append_text(gap if step is None else card(self.session, step))
-        shown = self.query_one("#card", Hanging)
-        entitle(shown, "Limits" if step is not None and not self.session.state(step.name).entries else "Result")
-        shown.hang(text)
+        entitle(
+            self.query_one("#form"),
+            "Limits" if step is not None and not self.session.state(step.name).entries else "Result",
+        )
+        self.query_one("#card", Hanging).hang(text)
 
     def _stand_at_next(self) -> None:
         step = self.session.judgements.next_step()
@@ -198,6 +208,11 @@ class Steps(Scanning):
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
             await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
+
+    async def open_step(self, name: str) -> None:
+        """Open a step that was chosen elsewhere."""
+        self.query_one(StepList).stand_at(name)
+        await self._open(None if name == GAP else self.session.step(name))
 
     async def begin_queue(self, step: str, words: str) -> None:
         """Open the step that is done at one unit after the other, the summary without one. words: said there."""
@@ -244,18 +259,20 @@ class Steps(Scanning):
 
     def _noted(self, event: Event) -> None:
         self._show()
-        self.say(note_saved(event), "saved")
+        self.say(_OPEN)
+        note_saved(self, event)
 
     def action_undo(self) -> None:
         self.send(self.session.undo.entry, self._undone, "undoing")
 
     def _undone(self, event: Event) -> None:
         self._show()
-        self.say(f"Undone: {self.session.undo.words_of(event)}; the record keeps both", "saved")
+        self.tell(changed_words(event, self.session.undo.words_of(event)))
+        self.say(_OPEN)
 
     def action_say_where_signed(self) -> None:
         """Say where a unit is signed: F2, which does so there, does nothing here."""
-        self.say("F9: summary. F2 signs there")
+        self.say("F9: summary. A unit is signed there")
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
@@ -280,7 +297,8 @@ class Steps(Scanning):
     def _mended(self, step: str) -> None:
         self._show()
         self.query_one(StepList).stand_at(step)
-        self.say("New records are there. Enter: measure the step again", "saved")
+        self.tell(Toast("New records are there"))
+        self.say("Enter: measure the step again")
 
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)

@@ -3,6 +3,7 @@
 from rich.text import Text
 from textual.containers import Vertical
 from textual.content import Content
+from textual.geometry import Region
 from textual.widget import Widget
 
 
@@ -11,7 +12,9 @@ def entitle(card: Widget, title: str, state: Text | str = "") -> None:
     shown = Content.from_rich_text(state) if isinstance(state, Text) else Content.styled(state, "not bold")
     content = Content.assemble(title, "  ", shown) if state else Content(title)
     if card.border_title != content.markup:
-        card.border_title = content
+        setattr(card, "_border_title", content)  # noqa: B010 - the library's own setter draws the whole card anew
+        left, top = card.content_offset
+        card.refresh(Region(-left, -top, card.outer_size.width, 1))
 
 
 class Card(Vertical):

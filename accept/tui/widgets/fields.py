@@ -26,6 +26,7 @@ class Field(Vertical):
         super().__init__(classes="field file" if place.is_file else "field")
         self.place = place
         self._shown: object = None
+        self._course = ""
 
     def compose(self) -> ComposeResult:
         label = Label(pretty(self.place.label), classes="label", markup=False)
@@ -36,6 +37,7 @@ class Field(Vertical):
                 yield label
             yield TextEntry(placeholder=pretty(self.place.hint))
             yield Static("", classes="stored", markup=False)
+        yield Static("", classes="course", markup=False)
         yield Static("", classes="reason", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
@@ -46,11 +48,14 @@ class Field(Vertical):
     def input(self) -> Input:
         return self.query_one(Input)
 
-    def show(self, text: str, stored: str, reason: str, kind: str, *, takes: bool) -> None:
+    def show(self, text: str, stored: str, reason: str, kind: str, *, takes: bool, course: str = "") -> None:
         """Show a line: what is typed and what is saved; the words below and their kind, which colours them; whether
-        Enter takes a record."""
+        Enter takes a record; how a saved record runs, and its age."""
         if self.input.value != text:
             self.input.value = text
+        if course != self._course:
+            self._course = course
+            self.query_one(".course", Static).update(course, layout=False)
         if self._shown == (shown := (stored, reason, kind, takes)):
             return
         self._shown = shown

@@ -12,7 +12,16 @@ from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import Hanging
-from accept.tui.widgets.limit_bar import after_number, coloured, limit_bar, limits, numbers, spread_above, usual_words
+from accept.tui.widgets.limit_bar import (
+    after_number,
+    below_bar,
+    coloured,
+    limit_bar,
+    limits,
+    numbers,
+    spread_above,
+    usual_words,
+)
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.status import Status, of_findings
 from checks.cause import Cause
@@ -99,9 +108,9 @@ def findings_text(
     return text
 
 
-def notes_text(judgement: StepJudged | None) -> Text:
+def notes_text(judgement: StepJudged) -> Text:
     """Return what a judgement notes beside its findings, a line each."""
-    return Text("\n".join(f"· {pretty(note)}" for note in judgement.notes) if judgement is not None else "", "dim")
+    return Text("\n".join(f"· {pretty(note)}" for note in judgement.notes), "dim")
 
 
 def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
@@ -111,8 +120,8 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
 
 
 def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
-    """Return a finding in two lines, its value on a third where there is no room, and one more with its reason if it has
-    one. usual: its value at other units; room: columns."""
+    """Return a finding in two lines, its value on a third where there is no room, and one more with its reason if it
+    has one. usual: its value at other units; room: columns."""
     status, value = of_findings([f]), "" if f.value is None else _value(f)
     colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
     text = Text(head, colour)
@@ -160,8 +169,8 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], widt
         drawn = limit_bar(None, None, limit.lower, limit.upper, width, usual)
         text.append(f"{label_of(name)}  ", "bold").append(f"{limits(limit.lower, limit.upper)}", "")
         text.append(f"{after_number(limit.unit)}{usual_words(usual)}\n")
-        text.append(f"  {above}\n" if values else "", "dim").append("  ").append_text(coloured(drawn, "cyan")).append(
-            "\n"
-        )
+        text.append(f"  {above}\n" if values else "", "dim")
+        text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
+        text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n\n", "dim")
     text.rstrip()
     return text

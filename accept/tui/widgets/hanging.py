@@ -1,5 +1,8 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
+from itertools import zip_longest
+
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.padding import Padding
 from rich.segment import Segment
@@ -40,12 +43,13 @@ class Hanging(Static):
         before = self._rows()
         self._hung = Hung(text)
         after = self._rows()
-        if not before or len(before) != len(after):
+        if not before:
             self.refresh(layout=True)
             return
-        differ = [y for y, both in enumerate(zip(before, after, strict=True)) if both[0] != both[1]]
-        if differ:
-            self.refresh(*(Region(0, y, self.size.width, 1) for y in differ))
+        rows = enumerate(zip_longest(before, after, fillvalue=[]))
+        regions = [Region(0, y, max(_length(old), _length(new)), 1) for y, (old, new) in rows if old != new]
+        if regions:
+            self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)
 
     def _rows(self) -> list[list[Segment]]:
         """Return the lines as they are drawn, none before the first layout."""
@@ -54,3 +58,8 @@ class Hanging(Static):
 
     def render(self) -> Hung:
         return self._hung
+
+
+def _length(row: list[Segment]) -> int:
+    """Return how many columns of a row hold something; one at least."""
+    return max(1, cell_len("".join(segment.text for segment in row).rstrip()))

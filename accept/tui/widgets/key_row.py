@@ -45,8 +45,8 @@ class PlacedKey:
 
 
 class KeyRow(Static):
-    """Drawn anew only where its keys have changed, as one text: a widget for each key would be styled and laid out again
-    with every one. A screen names its main action in `main_key`."""
+    """Drawn anew only where its keys have changed, as one text: a widget for each key would be styled and laid out
+    again with every one. A screen names its main action in `main_key`."""
 
     def __init__(self) -> None:
         super().__init__("", markup=False)
@@ -67,6 +67,7 @@ class KeyRow(Static):
         main = getattr(screen, "main_key", "")
         active = [each for each in screen.active_bindings.values() if each.binding.show and each.binding.description]
         keys = tuple(self._shown(each, main) for each in sorted(active, key=lambda each: each.binding.key != main))
+        keys += (ShownKey("ctrl+p", "^P", "Commands"),)
         if keys != self.keys:
             self.keys = keys
             self._draw()

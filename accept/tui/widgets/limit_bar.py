@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from rich.text import Text
 
@@ -87,7 +88,7 @@ def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
     if not known:
         return " " * width
     edges = [round(n * len(known) / width) for n in range(width + 1)] if len(known) > width else []
-    shown = [max(known[a:b]) for a, b in zip(edges, edges[1:], strict=False)] or known
+    shown = [max(known[a:b]) for a, b in pairwise(edges)] or known
     lo, hi = (0.0 if empty else min(shown)), max(shown)
     steps = [round((len(_BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
     drawn = "".join(" " if empty and v == 0.0 else _BLOCKS[n] for n, v in zip(steps, shown, strict=True))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from statistics import median
 
+from rich.segment import Segment
 from rich.style import Style
 from rich.text import Text
 from textual.message import Message
@@ -120,7 +121,7 @@ class Gauge(Hanging):
         about, size = self._about, self.app.size
         self.display = bool(about.name or (about.limit is not None and self._value is not None))
         title = about.label[:1].upper() + about.label[1:]
-        entitle(self, f"Live · {title}" if about.name else f"Saved · {title}", f"● {about.name}" if about.name else "")
+        entitle(self, f"Live · {title}" if about.name else f"Saved · {title}", "●" if about.name else "")
         self.set_class(bool(about.name), "live")
         if about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS:
             self.hang(large_text(about, self._value, self._fault, tuple(self._seen), self.size.width))
@@ -135,7 +136,7 @@ def gauge_text(about: Followed, value: Measured | None, fault: str) -> Text:
         text.append("now ", "dim").append("…" if value is None else _number(value, about.unit), "bold")
         text.append(f"  on {about.name}\n", "dim")
     if limit is not None:
-        drawn = limit_bar(value and value.value, value and value.U, limit.lower, limit.upper, _STRIP, usual)
+        drawn = limit_bar(*_value_and_U(value), limit.lower, limit.upper, _STRIP, usual)
         text.append_text(coloured(drawn, _colour(value, limit)))
         text.append(f"  {limits(limit.lower, limit.upper)}{after_number(limit.unit)}{usual_words(usual)}", "dim")
         text.append("" if _inside(value, limit) else "  outside", "bold red").append("\n")
@@ -157,15 +158,15 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         text.append("\n")
     text.append(f"\nlast {_SHOWN_S} s  ", "dim").append(f"{blocks(seen, min(_SHOWN_S, width - 11))}\n", "cyan")
     if limit is not None:
-        at = value and value.value
+        at, U = _value_and_U(value)
         text.append(spread_above(about.earlier, at, limit.lower, limit.upper, width) + "\n", "dim")
-        drawn = limit_bar(at, value and value.U, limit.lower, limit.upper, width, about.usual)
+        drawn = limit_bar(at, U, limit.lower, limit.upper, width, about.usual)
         text.append_text(coloured(drawn, colour)).append("\n")
         text.append(below_bar(at, limit.lower, limit.upper, width) + "\n", "dim")
         text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper)}{after_number(limit.unit)}")
         text.append(_earlier_words(about) + "\n", "dim")
     text.append(" F3 Take ", "reverse bold").append(" …" if value is None else f" {_number(value, about.unit)}", "bold")
-    text.append(f"  from {about.name}\n", "dim")
+    text.append(f"\nfrom {about.name}\n", "dim")
     return text.append_text(_fault_line(value, fault))
 
 
@@ -174,6 +175,10 @@ def _earlier_words(about: Followed) -> str:
         return ""
     lo, hi = min(about.earlier), max(about.earlier)
     return f"   {USUAL} usual {about.usual:.3g}: the last {len(about.earlier)} units, {lo:.3g} to {hi:.3g}"
+
+
+def _value_and_U(value: Measured | None) -> tuple[float | None, float | None]:
+    return (None, None) if value is None else (value.value, value.U)
 
 
 def _inside(value: Measured | None, limit: Limit) -> bool:
@@ -192,7 +197,8 @@ def _fault_line(value: Measured | None, fault: str) -> Text:
 
 def _large(number: str) -> list[str]:
     """Return a number three rows high."""
-    return "".join(part.text for part in Digits(number).render(Style(bold=True))).splitlines()
+    parts = Digits(number).render(Style(bold=True))
+    return "".join(part.text for part in parts if isinstance(part, Segment)).splitlines()
 
 
 def _digits(value: Measured) -> str:

@@ -4,6 +4,9 @@ import re
 from collections.abc import Sequence
 
 from rich.text import Text
+from textual.coordinate import Coordinate
+from textual.events import Click
+from textual.message import Message
 from textual.widgets import DataTable, Static
 
 from accept.pictures import signs
@@ -35,6 +38,20 @@ class StepList(DataTable[Text]):
         super().__init__(id="steps", cursor_type="row", show_header=False, cell_padding=0, classes="card")
         self._session, self._live = session, live
         self.can_focus = live
+
+    class Wanted(Message):
+        """A step was pointed at."""
+
+        def __init__(self, name: str) -> None:
+            super().__init__()
+            self.name = name
+
+    def on_click(self, event: Click) -> None:
+        """Ask for a step beside which another one is open."""
+        row = event.style.meta.get("row", -1)
+        if not self._live and 0 <= row < self.row_count:
+            event.prevent_default().stop()
+            self.post_message(self.Wanted(str(self.coordinate_to_cell_key(Coordinate(row, 0)).row_key.value)))
 
     def on_mount(self) -> None:
         self.add_column("", key="mark", width=_MARK)

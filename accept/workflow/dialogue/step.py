@@ -9,7 +9,7 @@ from accept.store.payloads import StepJudged
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do, Place, StoreEntry
 from accept.workflow.dialogue.step_state import StepDialogue, StepFacts, Turn
-from accept.workflow.dialogue.turn import Common, FootWords, by_key
+from accept.workflow.dialogue.turn import Common, FootWords, Toast, by_key
 from accept.workflow.entry import parse_entry
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
@@ -152,7 +152,7 @@ def _take_all(d: StepDialogue, n: int, values: Sequence[float], text: str, sure:
     if unusual and not sure:
         asked = _ask(d, mine[0], text, unusual)
         later = do.ReturnLater(d.lines[mine[0]].place.key)
-        return replace(asked, effects=(later,), words=FootWords(f"{unusual}. F9: keep all", "doubt"))
+        return replace(asked, effects=(later,), words=FootWords(f"{unusual}. ^K or F9: keep all", "doubt"))
     taken = Turn(d)
     for k, value in zip(mine, values, strict=True):
         taken = taken.then(_take, k, Measured(value), False, f"{value:.9g} {d.lines[k].place.unit}", True)
@@ -163,20 +163,25 @@ def _ask(d: StepDialogue, n: int, text: str, question: str) -> Turn:
     """Ask about an entry, below its line and at the foot."""
     line = d.lines[n]
     d = replace(d.with_line(n, text=line.text or text, doubted=text, question=question, refusal=""), asked=n)
-    return _say(d, f"{line.place.name}: {question}. F9: keep it, or type another", "doubt")
+    return _say(d, f"{line.place.name}: {question}. ^K or F9: keep it, or type another", "doubt")
+
+
+def _keep_or_sum_up(d: StepDialogue) -> Turn:
+    """Go to the summary; while a value is asked about, accept it."""
+    if d.doubted:
+        return _keep(d)
+    typed = next((k for k, line in enumerate(d.lines) if line.text.strip()), None)
+    if typed is None:
+        return Turn(d, (do.Settle("summary"),))
+    what = "is saved, what was typed over it is not" if d.has(typed) else "is not saved"
+    return _say(d, f"{d.lines[typed].place.name} {what}. Enter: save it", "bad")
 
 
 def _keep(d: StepDialogue) -> Turn:
-    """Accept the value in question as typed; without a question, go to the summary. Each of several values is shown
-    before it is accepted."""
-    doubted = [n for n, line in enumerate(d.lines) if line.doubted is not None]
-    n = next((n for n in (d.cursor, d.asked, *doubted) if n in doubted), None)
+    """Accept the value in question as typed. Each of several values is shown before it is accepted."""
+    n = next((n for n in (d.cursor, d.asked, *d.doubted) if n in d.doubted), None)
     if n is None:
-        typed = next((k for k, line in enumerate(d.lines) if line.text.strip()), None)
-        if typed is None:
-            return Turn(d, (do.Settle("summary"),))
-        what = "is saved, what was typed over it is not" if d.has(typed) else "is not saved"
-        return _say(d, f"{d.lines[typed].place.name} {what}. Enter: save it", "bad")
+        return _say(d, "No value is asked about")
     line = d.lines[n]
     if n != d.asked:
         asked = _ask(d, n, line.doubted or "", line.question)
@@ -304,16 +309,17 @@ def _go_on_and_judge(d: StepDialogue) -> Turn:
     return gone.then(_judge) if d.complete else gone
 
 
-def stored(d: StepDialogue, entry: StoreEntry, seq: int, origin: str = "", file: str = "") -> Turn:
-    """Show an entry that is in the store; judge the step as soon as nothing is missing. origin, file: path of a record,
-    and its name in the unit's folder."""
+def stored(d: StepDialogue, entry: StoreEntry, done: Toast, origin: str = "") -> Turn:
+    """Show an entry that is in the store; judge the step as soon as nothing is missing. done: what was saved, and when;
+    origin: path of a record."""
     d = _ended(d, entry)
     taken = PurePath(origin).name
     if entry.is_file:  # it is proposed no more, and the record it replaces may be proposed again
         d = replace(d, proposals={name: one for name, one in d.proposals.items() if one.name != taken})
-    early = ". The second F3 came too early: nothing was read" if d.early else ""
-    saved, again = f"Saved ({seq}){f' as {file}' if taken != file else ''}{early}", looks(d) if entry.is_file else ()
-    said = _say(replace(d, early=False), f"{saved}. {d.what_now}", "doubt" if d.early else "saved", *again)
+    early = "The second F3 came too early: nothing was read. " if d.early else ""
+    again = looks(d) if entry.is_file else ()
+    role = "doubt" if d.early else "quiet"
+    said = _say(replace(d, early=False), f"{early}{d.what_now}", role, done, *again)
     return said.then(_judge) if d.complete and not (d.awaits_records and d.cursor is not None) else said
 
 
@@ -410,8 +416,6 @@ def settled(d: StepDialogue, then: str) -> Turn:
             return _judge(d)
         case "finish":
             return _go_further(d)
-        case "summary" if not d.complete:
-            return _say(d, "F9 keeps a value that is asked about; none is. Summary: Esc, then F9", "doubt")
         case "summary":
             return Turn(d, (Do.STOP if d.stoppable else do.Leave(None),))
     bell = (Common.BELL,) if d.is_bad else ()
@@ -433,10 +437,10 @@ def no_next_unit(d: StepDialogue, asked: do.NextUnit, why: str) -> Turn:
     return _say(d, f"{why}. Enter: next step of this unit", "good", Do.END_QUEUE)
 
 
-def changed(d: StepDialogue, seq: int, undone: str = "") -> Turn:
-    """Go on after an entry was undone, or the step begun once more. undone: the entry in words."""
-    again, back = f"Saved ({seq}); the record keeps the earlier entries", f"Undone: {undone}; the record keeps both"
-    return _say(d, back if undone else again, "saved").then(_go_on_and_judge)
+def changed(d: StepDialogue, done: Toast) -> Turn:
+    """Go on after an entry was undone, or the step begun once more."""
+    gone = Turn(d, (done,)).then(_go_on_and_judge)
+    return gone.then(lambda d: _say(d, d.what_now))
 
 
 def mended(d: StepDialogue, step: str) -> Turn:
@@ -463,7 +467,8 @@ press: Callable[[StepDialogue, str], Turn] = by_key(
         "f5": lambda d: Turn(d, (Do.ASK_NOTE,)),
         "f6": _other_form,
         "f8": lambda d: Turn(d, (Do.ASK_REASON,)) if d.facts.state.entries else _say(d, _NO_ENTRIES, "bad"),
-        "f9": _keep,
+        "f9": _keep_or_sum_up,
+        "ctrl+k": _keep,
         "f10": lambda d: Turn(d, (do.Settle("same step", judged=True),)),
         "up": lambda d: _move(d, -1),
         "down": lambda d: _move(d, 1),

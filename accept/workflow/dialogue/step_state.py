@@ -1,6 +1,6 @@
 """The state of the dialogue at one step, and the sentences that follow from it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -105,6 +105,11 @@ class StepDialogue:
         """Return whether the foot asks about a value."""
         return self.asked is not None and self.lines[self.asked].doubted is not None
 
+    @property
+    def doubted(self) -> Sequence[int]:
+        """Return the lines whose value is asked about."""
+        return [n for n, line in enumerate(self.lines) if line.doubted is not None]
+
     def has(self, n: int) -> bool:
         """Return whether a value or file of this line is saved."""
         place, state = self.lines[n].place, self.facts.state
@@ -125,7 +130,7 @@ class StepDialogue:
         """Return the words below a line and their kind: `doubted`, `refused`, `proposed` or ""."""
         line, file, proposed = self.lines[n], self.file(n), self.proposed(n)
         if line.doubted is not None:
-            return f"? {line.question}. F9: keep it", "doubted"
+            return f"? {line.question}. ^K or F9: keep it", "doubted"
         why = line.refusal or (f"✗ {file.damage}\n→ {ADVICE[Cause.FILE_DAMAGED]}" if file and file.damage else "")
         offer = f"→ {'Enter: take ' if line.refusal else ''}{self.described(proposed)}" if proposed else ""
         return "\n".join(filter(None, (why, offer))), "refused" if why else "proposed" if offer else ""
@@ -237,6 +242,7 @@ class StepDialogue:
             return ""
         todo = self.facts.source_action or first_advice(self.facts.judgement.findings)
         todo = todo or ("record again" if self.step.derived else "F8: measure again")
+        todo = f"^R: repair (training), then {todo}" if self.facts.training else todo
         return f"{self.facts.status.word.capitalize()} → {todo}"
 
     @property
@@ -292,7 +298,34 @@ class StepDialogue:
     @property
     def called(self) -> Mapping[str, str]:
         """Return the names of keys that are called otherwise at this step."""
-        return {"f3": "Compare", "f9": "Summary"} if self.step.derived else {}
+        return {"enter": self.enter_label} | ({"f3": "Compare"} if self.step.derived else {})
+
+    @property
+    def main_key(self) -> str:
+        """Return the key that is meant to be pressed next."""
+        if self.in_question:
+            return "ctrl+k"
+        place = None if self.here is None else self.here.place
+        if place is not None and self.cursor is not None and not self.lines[self.cursor].text.strip():
+            reads = place.key in self.facts.offers or (place.is_file and self.facts.records)
+            return "f3" if reads and not self.has(self.cursor) and self.file(self.cursor) is None else "enter"
+        if self.put_right_first and not self.step.derived and self.cursor is None:
+            return "ctrl+r" if self.facts.training else "f8"
+        return "f3" if self.step.derived and self.facts.judgement is None and not self.stoppable else "enter"
+
+    @property
+    def enter_label(self) -> str:
+        """Return what Enter does now, in a word or two."""
+        if self.cursor is not None and self.here is not None:
+            if self.here.text.strip():
+                return "Save"
+            if self.proposed(self.cursor) is not None:
+                return "Take it"
+            needed = is_needed(self.here.place.declared) and not self.has(self.cursor)
+            return "Save typed" if needed and not self.dispensable else "Go on"
+        if self.next_at_rig is None and self.queue is not None:
+            return "Next unit"
+        return "Summary" if self.ends_in_summary else "Next step"
 
     def means(self, key: str) -> bool:
         """Return whether a key has a meaning at this step."""
@@ -302,20 +335,22 @@ class StepDialogue:
             return len(self.step.check.forms) > 1 and not self.step.derived
         return not self.step.derived or key in ("enter", "f3", "f5", "f9", "f10", "ctrl+d")
 
-    def idle(self, wide: bool) -> set[str]:
-        """Return the keys that only say why they do nothing at present. wide: the screen has room for more of them."""
+    @property
+    def idle(self) -> set[str]:
+        """Return the keys that only say why they do nothing at present."""
+        more = {key for key, active in {"ctrl+k": self.in_question, "f10": self.complete}.items() if not active}
         if not self.lines:
-            return set()
+            return more
         place = None if self.here is None else self.here.place
         is_value, reads = place is not None and not place.is_file, place is not None and place.key in self.facts.offers
         does = {
             "f2": has_files(self.form),
             "f3": reads or (place is not None and place.is_file and self.facts.records),
             "f4": is_value and (reads or (self.cursor is not None and self.has(self.cursor))),
-            "f8": bool(self.facts.state.entries) and (wide or not is_value),  # behind F1 if there is no room for it
+            "f8": bool(self.facts.state.entries),
             "ctrl+z": self.facts.undoable,
         }
-        return {key for key, active in does.items() if not active}
+        return more | {key for key, active in does.items() if not active}
 
 
 Turn = turn.Turn[StepDialogue]

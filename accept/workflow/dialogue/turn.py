@@ -21,6 +21,14 @@ class FootWords:
 
 
 @dataclass(frozen=True)
+class Toast:
+    """Words about what was done, which go by themselves. title: what it was, and when."""
+
+    title: str
+    text: str = ""
+
+
+@dataclass(frozen=True)
 class Turn(Generic[S]):
     """The state that follows, the effects in order, and the words to show, None to leave the present ones."""
 

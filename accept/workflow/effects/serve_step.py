@@ -1,6 +1,7 @@
 """Facts for the dialogue at a step, and the execution of its effects on the unit and the bench."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 
 from accept.store import Event
@@ -8,15 +9,41 @@ from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.fields import FieldPlace, places
 from accept.workflow.dialogue.step_effects import Recognize, StoreEntry
 from accept.workflow.dialogue.step_state import StepFacts
+from accept.workflow.dialogue.turn import Toast
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.session import Session
+from accept.workflow.session.undo import entry_words
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.unit_list import Queue
 from checks.declare import CsvTable, Form, Series
 from checks.errors import RecordError
+from specs.bench import channel_map
 from specs.errors import AcceptError
+
+_COURSE = 24  # values that show how a record runs
+
+
+def saved_words(event: Event) -> Toast:
+    """Return what was saved, when, and as which entry of the record."""
+    origin, file = Path(str(event.data.get("origin", ""))).name, event.data.get("file", "")
+    renamed = f"{origin} as " if file and origin not in ("", file) else ""
+    return Toast(f"Saved {clock_words(event)} as entry {event.seq}", f"{renamed}{entry_words(event)}")
+
+
+def changed_words(event: Event, undone: str) -> Toast:
+    """Return what was undone, "" for a step that is measured again."""
+    if undone:
+        return Toast(f"Undone {clock_words(event)}", f"{undone}; the record keeps both")
+    return Toast(
+        f"Saved {clock_words(event)} as entry {event.seq}", "Measured again; the record keeps the earlier entries"
+    )
+
+
+def clock_words(event: Event) -> str:
+    """Return when an event was stored, as the bench's clock showed it."""
+    return f"{datetime.fromisoformat(event.time).astimezone():%H:%M:%S}"
 
 
 class StepService:
@@ -60,6 +87,24 @@ class StepService:
     def path(self, text: str) -> Path:
         """Return the path of a record as it is typed; a relative one is in the folder of the records."""
         return self.bench.records / Path(text.strip()).expanduser()
+
+    def course(self, declared: Series, file: str) -> Sequence[float]:
+        """Return the course of a stored record in few values, none of one that cannot be read."""
+        import numpy as np
+
+        from hw.records import read  # readers load slowly
+
+        try:
+            record = read(self.session.folder / file, declared, channel_map(self.session.attempt.channels))
+            values = np.asarray(record[list(declared.channels)[-1]], dtype=float)
+        except (RecordError, OSError, KeyError):
+            return ()
+        return [float(part.max()) for part in np.array_split(values, min(_COURSE, values.size))]
+
+    def stored_at(self, seq: int) -> float:
+        """Return when an entry was stored [s since 1970]."""
+        event = next(each for each in reversed(self.session.events) if each.seq == seq)
+        return datetime.fromisoformat(event.time).timestamp()
 
     def recognize(self, asked: Recognize, is_secret: Callable[[str], bool]) -> str:
         """Return `unit`, `passphrase` or "" for a text, as `recognized` takes it. Raises StoreError."""

@@ -37,13 +37,16 @@ class Undo(Subject):
         """Return what an event took back, and the step that it belonged to."""
         of = EntryUndone.of(undo).undoes
         event = next(each for each in self._unit.events if each.seq == of)
-        match payload_of(event):
-            case ValueTaken() as taken:
-                words = value_words(taken.input, taken.index, taken.value, taken.unit)
-            case RecordLinked() as link:
-                words = link.file
-            case StepNoted() as note:
-                words = f"note '{note.text}'"
-            case _:
-                words = "measuring again"
-        return f"{words} ({self._unit.step(str(event.data['step'])).short})"
+        return f"{entry_words(event)} ({self._unit.step(str(event.data['step'])).short})"
+
+
+def entry_words(event: Event) -> str:
+    """Return what was entered by an event."""
+    match payload_of(event):
+        case ValueTaken() as taken:
+            return value_words(taken.input, taken.index, taken.value, taken.unit)
+        case RecordLinked() as link:
+            return link.file
+        case StepNoted() as note:
+            return f"note '{note.text}'"
+    return "measuring again"

@@ -33,6 +33,7 @@ from tests.accept.tui.tui_help import (
     running,
     settled,
     sign_first,
+    title,
     type_line,
     until,
     words,
@@ -132,16 +133,16 @@ async def test_undo_and_measuring_anew():
         await begin(pilot)
         await press(pilot, "down", "down", "enter")
         await type_line(pilot, "365")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
         await press(pilot, "ctrl+z")
-        assert "not done" in words(pilot, "#head")
+        assert "not done" in title(pilot)
         await type_line(pilot, "200")
-        assert "✗ fail" in words(pilot, "#head")
+        assert "✗ fail" in title(pilot)
         await press(pilot, "f8")
         await type_line(pilot, "gauge was loose")
-        assert "not done" in words(pilot, "#head")
+        assert "not done" in title(pilot)
         await type_line(pilot, "365")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
     assert [e["value"] for e in stored("value_taken")] == [365, 200, 365]
     assert stored("step_remeasured")[0]["reason"] == "gauge was loose"
     assert len(stored("entry_undone")) == 1
@@ -293,7 +294,7 @@ async def test_when_storing_fails_the_entry_is_kept_and_enter_tries_again(error,
         assert field.input.value == "365"
         monkeypatch.setattr(Store, "append_many", append)
         await press(pilot, "enter")
-        assert "✓ pass" in words(pilot, "#head")
+        assert "✓ pass" in title(pilot)
 
 
 async def test_an_unexpected_error_is_not_swallowed(monkeypatch):

@@ -14,7 +14,7 @@ from accept.store import open_store
 from accept.tui.screens.ask import Question
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.limit_bar import numbers
-from accept.tui.widgets.live_value import Gauge, gauge_text
+from accept.tui.widgets.live_value import Followed, Gauge, gauge_text
 from accept.workflow.bench import Workbench
 from accept.workflow.open_bench import open_bench
 from checks.declare import Measured
@@ -30,6 +30,8 @@ from tests.accept.tui.tui_help import (
     running,
     settled,
     shown,
+    title,
+    told,
     until,
     words,
 )
@@ -37,6 +39,7 @@ from tests.hw.instruments.fake_instrument import Fake, Only
 from tests.hw.instruments.simbench import simulated_bench
 
 SENSOR = Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test")
+METER = Followed("meter", "sensor stack", "uF", SENSOR)
 
 
 def with_meter(fake: Fake):
@@ -47,26 +50,26 @@ def with_meter(fake: Fake):
 
 
 def test_a_value_stands_inside_its_limits():
-    text = gauge_text("meter", Measured(4.95, 0.02), "uF", SENSOR, "").plain
-    number, _, bar = text.split("\n")  # the instrument stands on a line of its own
-    assert "4.950 ± 0.020 uF" in number
+    text = gauge_text(METER, Measured(4.95, 0.02), "").plain
+    number, bar, _ = text.split("\n")
+    assert "4.950 ± 0.020 µF" in number
     zone = bar.partition("  ")[0]
-    assert zone.index("┃") < zone.index("●") < zone.rindex("┃")
-    assert abs(zone.index("●") - len(zone) / 2) <= 1  # 4.95 is the middle of 4.4 to 5.5
+    assert zone.index("┃") < zone.index("◆") < zone.rindex("┃")
+    assert abs(zone.index("◆") - len(zone) / 2) <= 1  # 4.95 is the middle of 4.4 to 5.5
     assert "outside" not in text
 
 
 def test_a_value_beyond_its_limits_says_so_without_colour():
-    assert "outside" in gauge_text("meter", Measured(1.72), "uF", SENSOR, "").plain
+    assert "outside" in gauge_text(METER, Measured(1.72), "").plain
 
 
 def test_a_fault_stays_beside_the_value_that_follows_it():
-    assert "✗ silent" in gauge_text("meter", None, "uF", SENSOR, "silent").plain
-    assert "✗ before: silent" in gauge_text("meter", Measured(4.9), "uF", SENSOR, "silent").plain
+    assert "✗ silent" in gauge_text(METER, None, "silent").plain
+    assert "✗ before: silent" in gauge_text(METER, Measured(4.9), "silent").plain
 
 
 def test_nothing_is_never_minus_zero():
-    assert "-0 um" not in gauge_text("probe", Measured(-0.0), "um", None, "").plain
+    assert "-0 µm" not in gauge_text(Followed("probe", "", "um"), Measured(-0.0), "").plain
 
 
 async def test_the_live_value_is_taken_with_one_key_and_repeated_with_another():
@@ -74,11 +77,11 @@ async def test_the_live_value_is_taken_with_one_key_and_repeated_with_another():
     async with running(with_meter(fake)) as pilot:
         await begin(pilot)
         await press(pilot, "down", "enter")
-        await shown(pilot, "#gauge", "4.99 uF")
+        await shown(pilot, "#gauge", "4.99 µF")
         assert "meter (X1)" in words(pilot, "#gauge")
         await press(pilot, "f3")
         field = pilot.app.screen.query(Field).first()
-        assert "4.99 uF" in str(field.query_one(".stored").render())
+        assert "4.99 µF" in str(field.query_one(".stored").render())
         field.input.focus()
         await press(pilot, "f4")
         assert "2 readings" in str(field.query_one(".stored").render())
@@ -100,10 +103,10 @@ async def test_an_instrument_that_drops_out_is_told_and_goes_on_when_mended():
         assert "nothing came in time" in str(field.query_one(".reason").render())
         await focused_again(pilot, field.input)  # the cursor comes back, and the fault stays in sight
         fake.mend(4.99e-6)
-        await shown(pilot, "#gauge", "4.99 uF")
+        await shown(pilot, "#gauge", "4.99 µF")
         assert "before: meter" in words(pilot, "#gauge")
         await press(pilot, "f3")
-        assert "Saved (" in words(pilot, "#status")
+        assert "Saved " in told(pilot)
         assert "before: meter" not in words(pilot, "#gauge")
     with open_store() as store:
         kinds = [e.what for e in store.events("APA-02")]
@@ -115,12 +118,12 @@ async def test_nobody_looks_when_the_line_is_left():
     async with running(with_meter(Fake([4.99e-6]))) as pilot:
         await begin(pilot)
         await press(pilot, "down", "enter")
-        await shown(pilot, "#gauge", "4.99 uF")
+        await shown(pilot, "#gauge", "4.99 µF")
         gauge = pilot.app.screen.query_one(Gauge)
         await press(pilot, "f1")
         assert gauge._watch is None  # a question stands in front
         await press(pilot, "escape")
-        await shown(pilot, "#gauge", "4.99 uF")
+        await shown(pilot, "#gauge", "4.99 µF")
         await press(pilot, "escape")
         await settled(pilot)
         assert gauge._watch is None
@@ -131,12 +134,12 @@ async def test_a_stored_value_stands_in_its_limits_without_an_instrument():
         await begin(pilot)
         await press(pilot, "down", "enter", *"1.72", "enter", "up")
         assert "outside" in words(pilot, "#gauge")
-        assert "4.4 … 5.5 uF" in words(pilot, "#gauge")
+        assert "4.4 … 5.5 µF" in words(pilot, "#gauge")
 
 
 def test_a_pure_number_has_no_unit():
     assert numbers(1.35, 0.05, "1") == "1.350 ± 0.050"
-    assert numbers(1.35, None, "um") == "1.35 um, U unknown"
+    assert numbers(1.35, None, "um") == "1.35 µm, U unknown"
     assert numbers(None, None, "1") == "no value"
 
 
@@ -158,7 +161,7 @@ def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 async def to_records_of_stroke(pilot) -> None:
     await begin(pilot, "APA-01")
     await press(pilot, *STROKE)
-    if "F6" in words(pilot, "#way") and not any(f.place.is_file for f in pilot.app.screen.query("Field")):
+    if "F6" in title(pilot, "#entries") and not any(f.place.is_file for f in pilot.app.screen.query("Field")):
         await press(pilot, "f6")
 
 

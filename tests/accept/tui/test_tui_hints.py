@@ -13,7 +13,6 @@ from rich.text import Text
 from textual.events import Key
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
-from textual.widgets._footer import FooterKey
 
 from accept.base.home import home
 from accept.judging.judge_unit import load_spec
@@ -53,6 +52,7 @@ from tests.accept.tui.tui_help import (
     settled,
     shown,
     sign_first,
+    told,
     type_line,
     words,
 )
@@ -174,8 +174,8 @@ async def test_training_says_what_the_label_holds_and_its_keys_fit_into_80_colum
         await press(pilot, "f3")
         await stand_at(pilot, "mass_kg")
         row = pilot.app.screen.query_one(KeyRow)
-        assert {"ctrl+r", "f3", "f7"} <= {key.key for key in row.query(FooterKey)}
-        assert max(key.region.right for key in row.query(FooterKey)) <= 80
+        assert {"ctrl+r", "f3", "f7"} <= {key.key for key in row.keys}
+        assert max(key.end for key in row.placed) <= 80
     bench.close()
 
 
@@ -393,7 +393,7 @@ async def test_one_value_stands_with_one_U_beside_its_finding():
         shown_value = str(field(pilot, "sensor_uF").query_one(".stored", Static).render())
         assert "±" not in shown_value
         found = pilot.app.session.judgements.of_step("capacitance").findings[0]
-        assert shown_value == f"▪ {rounded(found.value, found.U)} uF"
+        assert shown_value == f"▪ {rounded(found.value, found.U)} µF"
 
 
 async def test_a_refused_record_is_called_refused_in_list_and_summary_after_a_restart_too(records: Path):
@@ -471,14 +471,14 @@ async def test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says
         for height in ("0", "4.95"):
             await type_line(pilot, height)
         await press(pilot, "ctrl+z")
-        assert "Undone: height 2 4.95 um" in words(pilot, "#status")
+        assert "height 2 4.95 um" in told(pilot)
         post(pilot, "ctrl+z", "ctrl+z", "ctrl+z")
         await settled(pilot)
         session = pilot.app.session
         assert not session.state("flatness").entries
         assert len(session.state("capacitance").entries) == 1
         await press(pilot, "escape", "ctrl+z")
-        assert "4.99 uF" in words(pilot, "#status")
+        assert "4.99 uF" in told(pilot)
         assert not session.state("capacitance").entries
     with open_store() as store:
         (known,) = known_units(store, {"apa": load_spec("apa-basic")})

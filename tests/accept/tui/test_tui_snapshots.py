@@ -33,8 +33,8 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     shown,
+    title,
     type_line,
-    words,
 )
 from tests.checks.gap.shared.explained import FOUND, PANELS
 from tests.hw.instruments.fake_instrument import Fake, Only
@@ -170,7 +170,7 @@ async def flatness(pilot: Pilot[None]) -> None:
 
 async def values(pilot: Pilot[None]) -> None:
     await go_to(pilot, "capacitance")
-    await shown(pilot, "#gauge", "4.95 uF")
+    await shown(pilot, "#gauge", "4.95 µF")
     look(pilot, "live_value")
     refused = pilot.app.focused
     await type_line(pilot, "4.99 V")
@@ -228,7 +228,7 @@ async def test_without_colour_every_state_has_its_mark(monkeypatch: pytest.Monke
         marks = [str(pilot.app.screen.query_one(DataTable).get_cell(row, "mark")).strip() for row in ROWS]
         assert marks == ["?", "✗", "·", "○"]
         await go_to(pilot, "misalignment")
-        assert "✗ fail" in words(pilot, "#head")
+        assert "✗ fail" in title(pilot)
         colours = set(re.findall(r"(?:fill|color): ?(#[0-9a-f]{6})", pilot.app.export_screenshot()))
         inside = {c for c in colours if len({c[1:3], c[3:5], c[5:7]}) > 1}
         assert inside <= WINDOW  # grey but for the frame that the picture itself has

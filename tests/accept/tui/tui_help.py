@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from textual.app import App
+from textual.content import Content
 from textual.events import Key
 from textual.keys import _character_to_key, key_to_character
 from textual.pilot import Pilot
@@ -128,6 +129,17 @@ def words(pilot: Pilot[None], selector: str) -> str:
     found = pilot.app.screen.query_one(selector)
     assert isinstance(found, Label | Static)
     return str(found.render())
+
+
+def told(pilot: Pilot[None]) -> str:
+    """What the present screen told last for some seconds."""
+    toast = pilot.app.screen.told
+    return f"{toast.title}: {toast.text}"
+
+
+def title(pilot: Pilot[None], card: str = "#todo") -> str:
+    """The title of a card, with what stands behind it."""
+    return Content.from_markup(str(pilot.app.screen.query_one(card).border_title)).plain
 
 
 async def shown(pilot: Pilot[None], selector: str, expected: str) -> None:

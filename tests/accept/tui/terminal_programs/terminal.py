@@ -74,16 +74,16 @@ class Technician:
     def step(self, title: str) -> None:
         self.at.wait_for(r"Enter: open the step")
         self.at.press("Enter")
-        self.at.wait_for(rf"\d/\d .*{title}")
+        self.at.wait_for(rf"{title}.* · \d of \d")
 
     def step_at(self, number: int, title: str) -> None:
         """Open the step at which the list stands: it must be this one."""
         self.at.press("Enter")
-        self.at.wait_for(rf"{number}/\d .*{re.escape(title[:8])}")
+        self.at.wait_for(rf"{re.escape(title[:8])}.* · {number} of \d")
 
     def stored(self) -> None:
         """Until a higher event is acknowledged than any before."""
-        while (number := int(self.at.wait_for(r"Saved \((\d+)\)")[1])) <= self.events:
+        while (number := int(self.at.wait_for(r"as entry (\d+)")[1])) <= self.events:
             time.sleep(0.05)
         self.events = number
 

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.terminal
 KILLS_A_RUN = 20 if SOAK else 3
 LONGEST_S = 6.0  # until a kill: several entries and their judgement, or a signature
 SERIAL = "APA-77"
-ACKNOWLEDGED = re.compile(r"Saved \((\d+)\)")
+ACKNOWLEDGED = re.compile(r"as entry (\d+)")
 READ = "F3"
 ENTRIES = {
     "flatness": (READ,) * 8,

@@ -31,17 +31,17 @@ SCRIPT = (
     ("✓ pass", "\x1b"),
     ("Enter: open the step", "\r"),
     ("LCR", "4,99\r"),
-    ("Saved (", "9.85 uF\r"),
+    ("as entry", "9.85 uF\r"),
     ("✓ pass", "\x1b"),
     ("Enter: open the step", "\r"),
     ("gauge", "200\r"),
     ("✗ fail", "\x1a"),
-    ("Undone: stroke", "365.5\r"),
+    ("the record keeps both", "365.5\r"),
     ("✓ pass", "\x1b"),
 )
 TO_THE_END = 20  # a seed that is killed at the last line, so that every run reads the whole script
 TIMEOUT_S = 60.0  # for one answer of a program on a crowded machine
-ACKNOWLEDGED = re.compile(r"Saved \((\d+)\)")
+ACKNOWLEDGED = re.compile(r"as entry (\d+)")
 
 
 class Terminal:

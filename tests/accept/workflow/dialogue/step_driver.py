@@ -17,8 +17,8 @@ from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
 from accept.workflow.dialogue.step_state import StepDialogue, Turn
-from accept.workflow.dialogue.turn import Common
-from accept.workflow.effects.serve_step import StepService
+from accept.workflow.dialogue.turn import Common, Toast
+from accept.workflow.effects.serve_step import StepService, changed_words, saved_words
 from accept.workflow.instruments.port import Instruments
 from accept.workflow.open_bench import BenchServices
 from accept.workflow.session import Session
@@ -41,6 +41,7 @@ class Driver:
     holds: bool = False  # entries wait on their way to the store
     d: StepDialogue = field(init=False)
     said: str = ""
+    told: Toast = field(default_factory=lambda: Toast(""))
     role: str = ""
     asked: list[Any] = field(default_factory=list)
     waits: deque[Any] = field(default_factory=deque)
@@ -126,9 +127,11 @@ class Driver:
                     self.said, self.role = str(e), "bad"
                 else:
                     assert event.what == EntryUndone.KIND
-                    self.answer(dialogue.changed, event.seq, self.session.undo.words_of(event))
+                    self.answer(dialogue.changed, changed_words(event, self.session.undo.words_of(event)))
             case Common():
                 pass
+            case Toast():
+                self.told = effect
             case Do() | do.Leave() | do.GoToUnit() | do.NextUnit() | do.PickFile():
                 self.asked.append(effect)
             case _:
@@ -141,8 +144,7 @@ class Driver:
             is_there = entry.is_file and self.service.path(entry.text).is_file()
             self.answer(dialogue.not_stored, entry, str(e), is_there)
         else:
-            data = event.data.get("origin", ""), event.data.get("file", "")
-            self.answer(dialogue.stored, entry, event.seq, *data)
+            self.answer(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
 
     def entries(self) -> list[tuple[str, int | None, float]]:
         """Return (input, index, value) of everything that was ever stored at this unit, in order."""

@@ -96,7 +96,7 @@ class StepMachine(RuleBasedStateMachine):
         for event in store.events(serial, "value_taken"):
             read = event.data["source"] != "typed"
             assert read or any(abs(event.data["value"] - value) < 1e-9 for value in self.given)
-        if said := re.match(r"Saved \((\d+)\)", self.at.said):
+        if said := re.search(r"as entry (\d+)", self.at.told.title):
             assert int(said[1]) in {event.seq for event in store.events(serial)}
 
 

@@ -1,0 +1,57 @@
+"""What the command palette offers: the keys of the screen, the steps of the unit, the units of the bench."""
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.events import Key
+
+from specs.errors import AcceptError
+
+if TYPE_CHECKING:
+    from accept.tui.app import BenchApp
+
+Command = tuple[str, str, Callable[[], Awaitable[None] | None]]
+_MOST_UNITS = 200
+_HIDDEN = ("ctrl+d",)  # out of the row of keys, and of use
+
+
+class BenchCommands(Provider):
+    """Commands by their names; what is typed leaves those that hold its letters."""
+
+    async def discover(self) -> Hits:
+        async for name, more, run in self._commands():
+            yield DiscoveryHit(name, run, help=more)
+
+    async def search(self, query: str) -> Hits:
+        matcher = self.matcher(query)
+        async for name, more, run in self._commands():
+            if (score := matcher.match(name)) > 0:
+                yield Hit(score, matcher.highlight(name), run, help=more)
+
+    async def _commands(self) -> AsyncIterator[Command]:
+        app = cast("BenchApp", self.app)
+        for each in self.screen.active_bindings.values():
+            own = each.binding
+            if each.enabled and own.description and (own.show or own.key in _HIDDEN):
+                key = app.get_key_display(own)
+                yield own.description, f"key {key}", partial(_press, app, own.key.partition(",")[0])
+        yield "Light or dark", "key F12", app.action_light_or_dark
+        if app.session is not None:
+            for step in app.session.steps:
+                status = app.session.judgements.status(step)
+                yield f"Step {step.short}", f"{status.mark} {status.word}", partial(app.go_to_step, step.name)
+        if app.bench is not None and app.session is not None:
+            try:
+                known = await asyncio.to_thread(app.bench.known)
+            except AcceptError:
+                return
+            for unit in known[:_MOST_UNITS]:
+                if unit.serial != app.session.serial:
+                    yield f"Unit {unit.serial}", unit.kind, partial(app.go_to, unit.serial, unit.kind, None)
+
+
+def _press(app: "BenchApp", key: str) -> None:
+    app.post_message(Key(key, None))

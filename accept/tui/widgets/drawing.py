@@ -1,0 +1,38 @@
+"""The drawing of a step with what is connected now, and below it what was taken before."""
+
+from rich.text import Text
+
+from accept.tui.widgets.fields import SAVED
+from accept.workflow.dialogue.step_state import StepDialogue
+
+_NOW = "bold blue"
+_MOST = 6  # lines that are listed; more are counted
+
+
+def drawing_text(d: StepDialogue) -> Text:
+    """Return the drawing in which the part of the present line is lit, and the state of every line."""
+    guide, here = d.step.guide, d.here
+    text = Text(guide.picture)
+    if here is not None:
+        name, index = here.place.key
+        for part in guide.lit.get(name, ()) if index is None else ():
+            start = guide.picture.find(part)
+            text.stylize(_NOW, start, start + len(part)) if start >= 0 else None
+        if index is not None:
+            text.highlight_regex(rf"(?<![\d.+-]){index + 1}(?![\d.])", _NOW)
+    return text.append("\n\n").append_text(_states(d))
+
+
+def _states(d: StepDialogue) -> Text:
+    text, lines = Text(), d.lines
+    if len(lines) > _MOST:
+        given = sum(map(d.has, range(len(lines))))
+        text.append(f"{given} of {len(lines)} taken\n", "dim")
+        lines = () if d.here is None else (d.here,)
+    for line in lines:
+        n = d.at(line.place.key)
+        here, taken = n == d.cursor, n is not None and d.has(n)
+        mark, style = ("▶", _NOW) if here else (SAVED, "green") if taken else ("·", "dim")
+        text.append(f"{mark} {line.place.name}\n", style)
+    text.rstrip()
+    return text

@@ -1,0 +1,127 @@
+"""What the screens of a step promise, cell by cell: the room is used, a key has one label, an arrow sends little."""
+
+import itertools
+from collections import defaultdict
+from importlib import import_module
+from inspect import getmembers, isclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from textual._compositor import CompositorUpdate
+from textual.binding import Binding
+from textual.pilot import Pilot
+from textual.screen import Screen
+
+import accept.tui.screens
+from accept.tui.app import BenchApp
+from accept.tui.widgets.key_row import ShownKey, placed
+from accept.tui.widgets.step_list import StepList
+from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line
+
+SIZE = (120, 36)
+FRAME = frozenset(" │─╭╮╰╯▁▃▅▇█")  # borders and bars of scrolling
+USED = 0.6  # of the rows
+ARROW_BYTES = 5000
+LEADS = {
+    "enter",
+    "escape",
+    "tab",
+    "left",
+    "right",
+    "pageup",
+    "pagedown",
+    "backspace",
+}  # their words say where they lead
+
+
+def used(pilot: Pilot[None]) -> float:
+    rows = [strip.text for strip in pilot.app.screen._compositor.render_strips()]
+    return sum(bool(set(row) - FRAME) for row in rows) / len(rows)
+
+
+async def open_at(pilot: Pilot[None], step: str) -> None:
+    pilot.app.screen.query_one(StepList).stand_at(step)
+    await press(pilot, "enter")
+
+
+async def test_most_rows_of_the_screens_of_a_step_are_used() -> None:
+    async with running(loader("apa"), SIZE) as pilot:
+        await begin(pilot, "APA-01")
+        rooms = {}
+        for step in pilot.app.session.steps:
+            pilot.app.screen.query_one(StepList).stand_at(step.name)
+            await press(pilot, "up", "down")
+            rooms[f"list at {step.name}"] = used(pilot)
+            await press(pilot, "enter")
+            rooms[step.name] = used(pilot)
+            await press(pilot, "escape")
+        await open_at(pilot, "flatness")
+        await type_line(pilot, HEIGHTS)
+        rooms["flatness, judged"] = used(pilot)
+    assert not {name: round(room, 2) for name, room in rooms.items() if room < USED}
+
+
+def screens() -> list[type[Screen[Any]]]:
+    folder = Path(accept.tui.screens.__path__[0])
+    found = {}
+    for path in folder.glob("*.py"):
+        module = import_module(f"accept.tui.screens.{path.stem}")
+        own = (each for _, each in getmembers(module, isclass) if each.__module__ == module.__name__)
+        found |= {each.__name__: each for each in own if issubclass(each, Screen)}
+    return list(found.values())
+
+
+def test_no_key_has_two_labels() -> None:
+    labels = defaultdict[str, set[str]](set)
+    for screen in screens():
+        for binding in screen.__dict__.get("BINDINGS", ()):
+            assert isinstance(binding, Binding)
+            for key in binding.key.split(","):
+                if binding.description and key not in LEADS:
+                    labels[key].add(binding.description)
+    assert not {key: names for key, names in labels.items() if len(names) > 1}
+
+
+def test_keys_of_every_screen_stand_in_the_same_place_and_none_is_cut() -> None:
+    names = ["File", "Measure", "Mean", "Note", "Other", "Plot", "Again", "Summary"]
+    keys = [ShownKey(f"f{n}", f"F{n}", name) for n, name in enumerate(names, 2)]
+    keys += [ShownKey("ctrl+z", "^Z", "Undo"), ShownKey("f1", "F1", "Help"), ShownKey("ctrl+p", "^P", "Commands")]
+    for width in (60, 80, 120):
+        found = placed(keys, width)
+        assert {each.shown for each in found} == set(keys)
+        assert all(each.end <= width for each in found)
+        assert [each.shown.cap for each in found[-3:]] == ["F1", "^P", "^Z"]
+        assert found[-1].end == width
+        rows = defaultdict[int, list[tuple[int, int]]](list)
+        for each in found:
+            rows[each.row].append((each.column, each.end))
+        assert all(a[1] < b[0] for row in rows.values() for a, b in itertools.pairwise(row))
+
+
+async def test_an_arrow_sends_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLORTERM", "truecolor")
+    sent = []
+
+    def display(app: BenchApp, _: Screen[Any], update: Any) -> None:
+        if isinstance(update, CompositorUpdate):
+            sent.append(len(update.render_segments(app.console).encode()))
+
+    monkeypatch.setattr(BenchApp, "_display", display)
+    costs = {}
+    async with running(size=SIZE) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        for key in ("down", "down", "up"):
+            sent.clear()
+            await press(pilot, key)
+            costs[f"list, {key}, {len(costs)}"] = sum(sent)
+        for step in ("capacitance", "flatness"):
+            await open_at(pilot, step)
+            await press(pilot, "up")
+            for key in ("up", "down"):
+                sent.clear()
+                await press(pilot, key)
+                costs[f"{step}, {key}"] = sum(sent)
+            await press(pilot, "escape")
+    assert not {name: cost for name, cost in costs.items() if not 0 < cost <= ARROW_BYTES}
