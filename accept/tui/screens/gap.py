@@ -36,8 +36,8 @@ class Explain(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "go_on", show=False, priority=True),
-        Binding("f3", "search", "Analyse"),
-        Binding("f7", "picture", "Plots"),
+        Binding("f3", "search", "Measure"),
+        Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
 

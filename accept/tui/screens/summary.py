@@ -51,17 +51,21 @@ class Summary(Scanning):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     asks_passphrase = True
-    where_signed = "A passphrase: F2 first"
+    where_signed = "A passphrase: ^S first"
     press = staticmethod(dialogue.press)
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
-        Binding("f2", "press('f2')", "Sign", priority=True),
-        Binding("f3", "press('f3')", "QA countersigns"),
-        Binding("f4", "press('f4')", "Next unit", priority=True),
-        Binding("f9", "press('f9')", "Evaluate again"),
-        Binding("ctrl+o", "press('ctrl+o')", "Open the page", show=False),
-        Binding("ctrl+r", "press('ctrl+r')", "Put right"),
+        Binding("ctrl+s", "press('ctrl+s')", "Sign", priority=True),
+        Binding("ctrl+t", "press('ctrl+t')", "QA countersigns"),
+        Binding("f10", "press('f10')", "Next unit", priority=True),
+        Binding("f8", "press('f8')", "Again"),
+        Binding("ctrl+e", "press('ctrl+e')", "Open the page"),
+        # what these were called before they meant the same on every screen
+        Binding("f2", "press('ctrl+s')", show=False, priority=True),
+        Binding("f3", "press('ctrl+t')", show=False),
+        Binding("f4", "press('f10')", show=False, priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Repair"),
         Binding("ctrl+l", "press('ctrl+l')", "Forget passphrase", show=False),
         Binding("pagedown", "page(1)", "More", priority=True),
         Binding("pageup", "page(-1)", show=False, priority=True),
@@ -165,7 +169,7 @@ class Summary(Scanning):
             case dialogue.SignAsTechnician(typed, reason):
                 opens = typed or shift.passphrase(operator)
                 if opens is None:  # the bench was left while the question stood
-                    await self.answer(dialogue.press, "f2")
+                    await self.answer(dialogue.press, "ctrl+s")
                     return
                 self._begin_signing(lambda: self.signing.sign(opens, reason), partial(self._signed, opens), "signing")
             case dialogue.Countersign(passphrase, choice, reason):
@@ -234,7 +238,7 @@ class Summary(Scanning):
     async def draw(self) -> None:
         d = self.dialogue
         if d.failed:
-            self.query_one("#verdict", Static).update("Not evaluated. F9: evaluate again, Esc: back to the steps")
+            self.query_one("#verdict", Static).update("Not evaluated. F8: evaluate again, Esc: back to the steps")
         self.query_one("#who", Static).update(_sign_words(d))
         self.query_one("#sign").set_class(d.facts.certificate is None and d.facts.result is not None, "todo")
         self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if something is longer than its room
@@ -244,7 +248,7 @@ class Summary(Scanning):
             self._shown = d.facts.result
             self._show_result(d.facts.result)
         self._show_ticks()
-        opens = "\n^o: open it" if d.facts.certificate is not None else ""
+        opens = "\n^E: open it" if d.facts.certificate is not None else ""
         self.query_one("#certificate", Static).update(d.certificate_words + opens)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
@@ -301,13 +305,20 @@ class Summary(Scanning):
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
             return any(part.max_scroll_y > 0 for part in self.query(VerticalScroll))
-        if parameters == ("f9",):
+        if parameters == ("f8",):
             return bool(self.dialogue.failed)
+        if parameters == ("ctrl+e",):
+            return self.dialogue.facts.certificate is not None
         return parameters != ("ctrl+r",) or self.bench.training is not None
+
+    @property
+    def main_key(self) -> str:
+        """Return the key of what is to be done next."""
+        return "f8" if self.dialogue.failed else "f10" if self.dialogue.facts.certificate is not None else "ctrl+s"
 
     def help_text(self) -> str:
         return (
-            "This is the result of all stored entries. F2 signs the certificate with the technician's passphrase, F3 "
+            "This is the result of all stored entries. ^S signs the certificate with the technician's passphrase, ^T "
             "countersigns with the passphrase of quality assurance. The technician's passphrase opens the key for a "
             "shift; Ctrl+L locks it. Each signature is verified from the file on disk. "
             "If you change anything, sign again."
@@ -318,7 +329,7 @@ def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
     """Return what is open, and on lines of their own what to do first; the word stands in large letters beside it."""
     held, text = result.nonconformances, Text()
     if held:
-        text.append(f"HELD: nonconformance at {where_held(held)}. QA decides (F3).", HELD)
+        text.append(f"HELD: nonconformance at {where_held(held)}. QA decides (^T).", HELD)
     opens = "   ".join(words.replace("no result", _NO_RESULT) for words in d.open_words)
     text.append(f"{'   ' if held and opens else ''}{opens}")
     if not text and d.accepted:
@@ -359,10 +370,10 @@ def _sign_words(d: SummaryDialogue) -> Text:
     if facts.certificate is None:
         asked = [*([] if d.accepted else ["why it is signed so, on the certificate"]), "passphrase, once a shift"]
         text.append("".join(f"\n {n} {words}" for n, words in enumerate(asked, 1)), "not bold default")
-        text.append("\n\n").append(" F2 ", "reverse bold").append(" Sign and verify", "bold")
-        return text.append("\n\nQA countersigns afterwards: F3", "dim")
+        text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
+        return text.append("\n\nQA countersigns afterwards: ^T", "dim")
     text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")
-    return text.append("\n\n F4 ", "bold").append("next unit", "not bold default")
+    return text.append("\n\n F10 ", "bold").append("next unit", "not bold default")
 
 
 def _ticks(d: SummaryDialogue, under_way: bool, between: str) -> Text:

@@ -68,8 +68,8 @@ class SummaryFacts:
 
 @dataclass(frozen=True)
 class SummaryDialogue:
-    """row: the finding whose reason is shown; signs: F2 came before the result; report: of the certificate that was
-    signed here; failed: there is no result."""
+    """row: the finding whose reason is shown; signs: its key came before the result; report: of the certificate
+    that was signed here; failed: there is no result."""
 
     facts: SummaryFacts
     row: int = 0
@@ -162,7 +162,7 @@ class SummaryDialogue:
         if facts.certificate is None and facts.void is not None:
             lacks = " and lacks the nonconformance" if facts.nonconformances else ""
             void = f"✗ {Path(facts.void).name} is void: it is older than the last change{lacks}"
-            return f"Certificate: not signed. {void}\n→ Do not hand it out. F2: sign again, which replaces it"
+            return f"Certificate: not signed. {void}\n→ Do not hand it out. ^S: sign again, which replaces it"
         if facts.certificate is None:
             return f"Certificate: not signed. Judged in the name of {shown_name(facts.operator, typed=True)}"
         words = f"Certificate: {facts.certificate}"

@@ -27,7 +27,7 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
         assert len({row[2].index("±") for row in rows if "±" in row[2]}) == 1
         if size[0] >= 120:
             assert "Ann  APA-02 ACCEPTED" in seen
-            assert " F2  Sign and verify" in seen
+            assert " ^S  Sign and verify" in seen
 
 
 async def test_the_row_under_the_cursor_is_told_with_limits_requirement_and_instrument() -> None:
@@ -53,10 +53,10 @@ async def test_the_steps_of_the_certificate_tick_off_and_its_page_is_opened(monk
         assert "✓ Ann, technician" in words(pilot, "#who")
         monkeypatch.setattr(summary, "viewer", lambda: ("see",))
         monkeypatch.setattr(summary, "open_file", lambda command, path: opened.append(path))
-        await press(pilot, "ctrl+o")
+        await press(pilot, "ctrl+e")
         assert opened == [Path(pilot.app.session.attempt.certificate)]
         monkeypatch.setattr(summary, "viewer", lambda: ())
-        await press(pilot, "ctrl+o")
+        await press(pilot, "ctrl+e")
         assert "No viewer here. The certificate is" in words(pilot, "#status")
         assert str(opened[0]) in words(pilot, "#status")
         assert len(opened) == 1
@@ -73,8 +73,8 @@ async def test_an_evaluation_that_was_stopped_names_the_way_on(monkeypatch: pyte
         screen.dialogue = summary.dialogue.not_judged(screen.dialogue).state
         await screen.draw()
         await settled(pilot)
-        assert "F9: evaluate again, Esc: back to the steps" in words(pilot, "#verdict")
-        assert "F9" in [strip.text for strip in screen._compositor.render_strips()][-1]
+        assert "F8: evaluate again, Esc: back to the steps" in words(pilot, "#verdict")
+        assert "F8 Again" in [strip.text for strip in screen._compositor.render_strips()][-1]
 
 
 def test_uncertainties_stand_below_each_other() -> None:
