@@ -160,7 +160,7 @@ def _value(f: Finding) -> str:
 
 
 def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], width: int = 44) -> Text:
-    """Return what is asked of a step: each zone, and where the units before lie in it."""
+    """Return what is asked of a step: each zone, where the units before lie in it, and the ways to give it."""
     text = Text()
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())
@@ -171,6 +171,12 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], widt
         text.append(f"{after_number(limit.unit)}{usual_words(usual)}\n")
         text.append(f"  {above}\n" if values else "", "dim")
         text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
-        text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n\n", "dim")
+        text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n", "dim")
+        text.append(f"  {limit.rule}; {limit.source}\n\n", "dim")
+    if not step.derived:
+        text.append("Given as\n", "bold")
+    for form in () if step.derived else step.check.forms:
+        inputs = ", ".join(declared.label for declared in form.inputs)
+        text.append(f"  {form.name}: ").append(f"{pretty(inputs)}\n", "dim")
     text.rstrip()
     return text

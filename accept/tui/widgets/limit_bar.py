@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from rich.text import Text
 
@@ -46,11 +46,9 @@ def limit_bar(
 
 def coloured(bar: str, colour: str) -> Text:
     """Return a drawn bar in which zone and value have a colour, the limits none, and all beyond them is dim."""
-    text = Text(bar, colour)
-    for place, cell in enumerate(bar):
-        if cell in (OUTSIDE, LIMIT, USUAL):
-            text.stylize("not bold dim default" if cell == OUTSIDE else "bold default", place, place + 1)
-    return text
+    styles = {OUTSIDE: "dim", LIMIT: "bold", USUAL: "bold"}
+    runs = groupby(bar, key=lambda cell: styles.get(cell, colour))
+    return Text.assemble(*(("".join(cells), style) for style, cells in runs))
 
 
 def below_bar(value: float | None, lower: float | None, upper: float | None, width: int) -> str:

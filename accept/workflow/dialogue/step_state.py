@@ -307,8 +307,11 @@ class StepDialogue:
             return "ctrl+k"
         place = None if self.here is None else self.here.place
         if place is not None and self.cursor is not None and not self.lines[self.cursor].text.strip():
-            reads = place.key in self.facts.offers or (place.is_file and self.facts.records)
-            return "f3" if reads and not self.has(self.cursor) and self.file(self.cursor) is None else "enter"
+            if self.has(self.cursor) or self.file(self.cursor) is not None or self.dispensable:
+                return "enter"
+            if place.is_file:
+                return "f3" if self.facts.records else "f2"
+            return "f3" if place.key in self.facts.offers else "enter"
         if self.put_right_first and not self.step.derived and self.cursor is None:
             return "ctrl+r" if self.facts.training else "f8"
         return "f3" if self.step.derived and self.facts.judgement is None and not self.stoppable else "enter"

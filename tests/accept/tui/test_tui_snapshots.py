@@ -17,6 +17,8 @@ from textual.widgets import DataTable, Input
 
 from accept.judging.judge_unit import load_spec
 from accept.store.payloads import StepJudged
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens import step as step_screen
 from accept.tui.screens import units
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
@@ -52,6 +54,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(units, "when_words", lambda _: "Mon 14:10")
+    monkeypatch.setattr(step_screen, "age_words", lambda _: "12 s ago")
+    monkeypatch.setattr(Working, "tell", lambda *_: None)  # words with the time that go by themselves
     monkeypatch.setenv("COLORTERM", "truecolor")  # few colours are shown in another way
     monkeypatch.setenv("TZ", "UTC")  # the list of files says when they were written
     time.tzset()

@@ -199,5 +199,5 @@ async def sign_first(pilot: Pilot[None], why: str = "") -> None:
     await press(pilot, "f2")
     for line in (*([why] if why else []), "correct horse", "correct horse"):
         await type_line(pilot, line)
-    assert keys.AUTHORITY_PASSPHRASE in pilot.app.screen.query(Static)[1].render().plain
+    assert keys.AUTHORITY_PASSPHRASE in pilot.app.screen.query(Static)[0].render().plain
     await press(pilot, "escape")

@@ -2,9 +2,6 @@
 
 import itertools
 from collections import defaultdict
-from importlib import import_module
-from inspect import getmembers, isclass
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,8 +10,14 @@ from textual.binding import Binding
 from textual.pilot import Pilot
 from textual.screen import Screen
 
-import accept.tui.screens
 from accept.tui.app import BenchApp
+from accept.tui.background.busy_screen import Working
+from accept.tui.background.scanning import Scanning
+from accept.tui.screens.ask import Choice, Help, Question
+from accept.tui.screens.page import Page
+from accept.tui.screens.record_picker import Pick
+from accept.tui.screens.step import StepScreen
+from accept.tui.screens.steps import Steps
 from accept.tui.widgets.key_row import ShownKey, placed
 from accept.tui.widgets.step_list import StepList
 from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line
@@ -62,19 +65,9 @@ async def test_most_rows_of_the_screens_of_a_step_are_used() -> None:
     assert not {name: round(room, 2) for name, room in rooms.items() if room < USED}
 
 
-def screens() -> list[type[Screen[Any]]]:
-    folder = Path(accept.tui.screens.__path__[0])
-    found = {}
-    for path in folder.glob("*.py"):
-        module = import_module(f"accept.tui.screens.{path.stem}")
-        own = (each for _, each in getmembers(module, isclass) if each.__module__ == module.__name__)
-        found |= {each.__name__: each for each in own if issubclass(each, Screen)}
-    return list(found.values())
-
-
-def test_no_key_has_two_labels() -> None:
+def test_no_key_of_the_screens_of_a_step_has_two_labels() -> None:
     labels = defaultdict[str, set[str]](set)
-    for screen in screens():
+    for screen in (Working, Scanning, Page, Steps, StepScreen, Question, Choice, Help, Pick):
         for binding in screen.__dict__.get("BINDINGS", ()):
             assert isinstance(binding, Binding)
             for key in binding.key.split(","):
