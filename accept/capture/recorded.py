@@ -41,7 +41,7 @@ ShowHits = Callable[[str, HitsSoFar], None]
 
 
 def nobody_looks(_: str, __: HitsSoFar) -> None:
-    """Show the hits of a place to nobody."""
+    """Show the hits of a place on no screen."""
 
 
 @dataclass(frozen=True)

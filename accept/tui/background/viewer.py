@@ -1,4 +1,4 @@
-"""A file shown by the program that the desktop has for it, where there is a desktop."""
+"""A file shown by the program that the desktop has for it."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ _DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY"
 
 
 def viewer(environment: Mapping[str, str] = os.environ, platform: str = sys.platform) -> Sequence[str]:
-    """Return the command that opens a file in its own window, () where nobody would see that."""
+    """Return the command that opens a file in its own window, () if no desktop would show it."""
     if any(environment.get(name) for name in _REMOTE):
         return ()
     if platform == "win32":

@@ -186,7 +186,7 @@ class Summary(Scanning):
             self.app.push_screen(told, lambda further: self.leave(True) if further else None)
 
     async def _open_page(self, path: Path) -> None:
-        """Show the certificate: in a tab of the browser, in the viewer of this desktop, else say where it is."""
+        """Show the certificate: in a tab of the browser, in the viewer of this desktop, else say its path."""
         command = viewer()
         try:
             if self.app.is_web:

@@ -63,8 +63,8 @@ def cue_of(so_far: "HitsSoFar") -> str:
 
 
 def hits_text(so_far: "HitsSoFar") -> Text:
-    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence where
-    there is one."""
+    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence if
+    it is known."""
     hits, forces = so_far.hits, np.array([hit.force_N for hit in so_far.hits])
     signs = [*(_GOOD if hit.good else _BAD for hit in hits), *[_OPEN] * so_far.more]
     text = Text("\n")
