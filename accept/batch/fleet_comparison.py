@@ -128,7 +128,8 @@ def _curve(name: str, per: dict[str, Line]) -> Comparison:
 
 
 def distances(curves: Sequence[tuple[Array, Array]]) -> Array:
-    """Return (n,) rms over log f of 20 log10 of each |H| over the median of all, in the band that all have [dB]."""
+    """Return the rms difference (n,) [dB] of each curve's level from the median level, over log f in the part of
+    `COMPARED_HZ` that all curves cover, at least 1e-6. curves: n pairs of f (F,) [Hz], rising, and |H| (F,)."""
     lo = max(COMPARED_HZ[0], *(float(x[0]) for x, _ in curves))
     hi = min(COMPARED_HZ[1], *(float(x[-1]) for x, _ in curves))
     f = np.geomspace(lo, hi, GRID)

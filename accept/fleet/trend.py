@@ -340,8 +340,9 @@ def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:
     return [dict(zip((*names, "time"), row, strict=True)) for row in zip(*columns, days, strict=True)]
 
 
-def panel(trend: Trend) -> Panel:
-    """Return the chart: values in order, those that ring marked, weighted mean with its limits, mean and limits."""
+def chart_panels(trend: Trend) -> list[Panel]:
+    """Return the chart: values in order, those that ring marked, the level that lasting alarms give, mean and limits;
+    after a baseline the cumulative sums with their limit too."""
     x = np.arange(1.0, len(trend.rows) + 1)
     values = trend.rows["value"].to_numpy()
     rang, begun = ([a.first for a in trend.alarms if a.rule in rules] for rules in ((VALUE,), (SHIFT, DRIFT)))
@@ -353,9 +354,7 @@ def panel(trend: Trend) -> Panel:
         at = x[trend.compared]
         items += [
             Line(x[rang], values[rang], "beyond the limits", "points", "bad"),
-            Line(at, control.weighted, "weighted mean", role="model"),
-            Line(at, control.weighted_lo, role="quiet"),
-            Line(at, control.weighted_hi, "its limits", role="quiet"),
+            Line(at, control.level, "level", role="model"),
             Mark(control.baseline.mean, "y", f"mean of {'the baseline' if trend.baseline else 'these units'}", "quiet"),
             Mark(control.lower, "y", "limits of one value", "bad"),
             Mark(control.upper, "y", "", "bad"),
@@ -369,4 +368,12 @@ def panel(trend: Trend) -> Panel:
     days = trend.rows["day"]
     span = f", {days.iloc[0]:%Y-%m-%d} to {days.iloc[-1]:%Y-%m-%d}" if len(days) else ""
     title = label if trend.name == "all" else f"{label}, {trend.name}"
-    return Panel(title, f"unit, in order of measurement{span}", f"{label} [{trend.unit}]", tuple(items))
+    order = f"unit, in order of measurement{span}"
+    drawn = [Panel(title, order, f"{label} [{trend.unit}]", tuple(items))]
+    if control is not None and control.sums is not None and control.sums_limit is not None:
+        ways = [
+            Line(at, sums, way) for sums, way in zip(control.sums.T, ("above the baseline", "below it"), strict=True)
+        ]
+        drawn.append(Panel(f"{title}: cumulative sums", order, "sum [standard deviations]",
+                           (*ways, Mark(control.sums_limit, "y", "a shift", "bad"))))  # fmt: skip
+    return drawn

@@ -71,12 +71,11 @@ def standing(
     past: Sequence[Event] | None = None,
     approval: Approval | None = None,
 ) -> Standing:
-    """Return which nonconformances hold a unit and what was decided.
+    """Return which nonconformances hold a unit and what was decided about them.
 
-    notes: those of its folder. entry: of the judgement in question; None: a void attempt, what was measured
-    before and what is to be measured again hold the unit only if its last judgement states so. until: judgements after
-    the event of this number supersede nothing. past: the unit's events, if they were read before. approval: of the
-    spec that judges it. Raises StoreError."""
+    notes: of `unit.toml`, by check. entry: the result in question; None: void attempts, earlier measurements and what
+    is to be measured again hold the unit only if its last judgement states so. until: number of the last event whose
+    judgement is compared with it. past: its events; None: read them. approval: of the spec. Raises StoreError."""
     read = [*store.events(serial)] if past is None else past
     judged = {event.seq: (event, UnitJudged.of(event)) for event in read if event.what == UnitJudged.KIND}
     results = [payload.result for _, payload in judged.values()]

@@ -140,12 +140,12 @@ def write_model(
     bench: LearnedBenchRecord | None = None,
     name: str | None = None,
 ) -> ModelSpec:
-    """Write a model file, `spec` with other values, and return the file read back.
+    """Write the model file of `spec` with other values to path, and return the spec that is read from it.
 
-    values, sds: by flat name, in the names' units; a value without an sd keeps its sd. effects, elements: added after
-    those of the file. population: the batch of the values; an earlier unit's fit and an earlier batch are removed.
-    bench: its unnamed part. Comments stay. The superelement's path is made relative to the new place. The file is read
-    back before it replaces anything, so that an existing file stays readable. Raises SpecError, ModelError, OSError."""
+    values, sds: by flat name, in the names' units; without an sd the file's stays. effects, elements: appended;
+    unidentified: replaces that of its channel. damping: `full` or `modal`. record, population, bench: the sections
+    [fit], [population] (which removes [fit]) and [learned_bench]. name, damping: None keeps the file's. Comments stay,
+    a superelement's path is made relative to path. Raises SpecError, ModelError before it writes, and OSError."""
     document = tomlkit.parse(spec.text)
     if name is not None:
         document["name"] = name

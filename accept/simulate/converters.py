@@ -15,7 +15,7 @@ NOISE = {"Vs": 1e-3, "de": 2e-9, "da": 2e-9}  # white, rms per sample at 10 kHz:
 
 @dataclass(frozen=True)
 class Converters:
-    """noise: channel -> rms per sample [V or m]; ideal: neither steps nor ranges."""
+    """Simulate converters and sensors. noise: rms of a sample by channel [V or m]; ideal: no steps, no ranges."""
 
     noise: Mapping[str, float] = field(default_factory=lambda: dict(NOISE))
     ideal: bool = False

@@ -3,19 +3,44 @@
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from textual.binding import Binding
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.events import Key
+from textual.message import Message
 
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
-    from accept.tui.app import BenchApp
+    from accept.workflow.bench import Workbench
+    from accept.workflow.session import Session
 
 Command = tuple[str, str, Callable[[], Awaitable[None] | None]]
 _MOST_UNITS = 200
 _HIDDEN = ("ctrl+d",)  # out of the row of keys, and of use
+
+
+class Commanded(Protocol):
+    """What the palette asks of the application."""
+
+    session: "Session | None"
+    bench: "Workbench | None"
+
+    def action_light_or_dark(self) -> None:
+        """Change the colours."""
+
+    def get_key_display(self, binding: Binding) -> str:
+        """Return a key as it is printed."""
+
+    async def go_to_step(self, name: str) -> None:
+        """Open a step of this unit."""
+
+    async def go_to(self, serial: str, kind: str, queue: Any) -> None:
+        """Open another unit."""
+
+    def post_message(self, message: Message) -> bool:
+        """Take a key."""
 
 
 class BenchCommands(Provider):
@@ -32,7 +57,7 @@ class BenchCommands(Provider):
                 yield Hit(score, matcher.highlight(name), run, help=more)
 
     async def _commands(self) -> AsyncIterator[Command]:
-        app = cast("BenchApp", self.app)
+        app = cast(Commanded, self.app)
         for each in self.screen.active_bindings.values():
             own = each.binding
             if each.enabled and own.description and (own.show or own.key in _HIDDEN):
@@ -53,5 +78,5 @@ class BenchCommands(Provider):
                     yield f"Unit {unit.serial}", unit.kind, partial(app.go_to, unit.serial, unit.kind, None)
 
 
-def _press(app: "BenchApp", key: str) -> None:
+def _press(app: Commanded, key: str) -> None:
     app.post_message(Key(key, None))

@@ -61,7 +61,7 @@ document.addEventListener("paste", (event) => take(event.clipboardData.files, ev
 
 
 def additions() -> str:
-    """Return the additions at the end of the page's body."""
+    """Return the HTML to put before `</body>`: style, a bar of touch keys, and the script for keys and photos."""
     keys = "".join(
         f'<button tabindex="-1" data-key="{key}" data-code="{code}">{label}</button>' for label, key, code in _KEYS
     )

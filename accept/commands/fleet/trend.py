@@ -64,7 +64,9 @@ def trend(
         rows(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts"),
         *(line for pair in zip(charts, documents, strict=True) for line in _lines(*pair)),
         *files(outputs, points, documents),
-        picture(plot, lambda: [trends.panel(t) for t in drawn], columns=1, announced=True) if drawn else None,
+        picture(plot, lambda: [each for t in drawn for each in trends.chart_panels(t)], columns=1, announced=True)
+        if drawn
+        else None,
         exit=Exit.INCOMPLETE if any(d["alarms"] for d in documents) else Exit.ACCEPTED,
     )
 

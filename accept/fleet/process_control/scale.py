@@ -5,7 +5,6 @@ power of it, or its logarithm, is nearly normal ([Montgomery] 6.4.3).
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -67,7 +66,5 @@ def as_measured(made: Chart, values: Array, name: str) -> Chart:
         return replace(alarm, size=size, U=alarm.U * abs(size / alarm.size)) if alarm.size else alarm
 
     lower, upper = (float(from_scale(np.array(limit), name)) for limit in (made.lower, made.upper))
-    of_values = ("weighted", "weighted_lo", "weighted_hi", "level")
-    curves: dict[str, Any] = {field: from_scale(getattr(made, field), name) for field in of_values}
-    alarms = tuple(map(of_alarm, made.alarms))
-    return Chart(np.asarray(values, dtype=float), base, lower, upper, **curves, alarms=alarms)
+    level, alarms = from_scale(made.level, name), tuple(map(of_alarm, made.alarms))
+    return Chart(np.asarray(values, dtype=float), base, lower, upper, level, made.sums, made.sums_limit, alarms)

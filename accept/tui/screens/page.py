@@ -1,9 +1,9 @@
 """What the screens of a step share: unit and steps around, what to do, what was given and found beside the drawing or
 the plot, a line that says what is next."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
-from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
@@ -69,7 +69,7 @@ class Page(Scanning):
         """Return what stands beside the body before there is a plot."""
         yield from ()
 
-    def entitle(self, title: str, state: Text | str = "") -> None:
+    def entitle(self, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:
         """Show the title of the page and its state."""
         entitle(self.query_one("#todo"), title, state)
 

@@ -46,7 +46,7 @@ from accept.workflow.steps.plan import has_files
 from accept.workflow.steps.section import repeated
 from checks.declare import Measured, Series
 
-_COURSE = 20  # columns of how a record runs
+_COURSE = 16  # columns of how a record runs
 LOOK_EVERY_S = 1.0  # into the folder of the records
 LOOK_AT_MOST_S = 0.7  # before the form is shown: a slow folder is waited for no longer than a person notices
 TYPED_AHEAD_S = 0.2  # what a paste or a scanner sends arrives within; a person reads a refusal more slowly

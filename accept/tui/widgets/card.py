@@ -1,16 +1,22 @@
 """A region with a title in its border; how it stands is said behind the title."""
 
-from rich.text import Text
+from collections.abc import Sequence
+
 from textual.containers import Vertical
 from textual.content import Content
 from textual.geometry import Region
 from textual.widget import Widget
 
+# Styles of text that is drawn, as those of the theme: a title is styled by the library.
+_OF_THEME = {"green": "$success", "red": "$error", "yellow": "$warning", "cyan": "$primary", "magenta": "$secondary"}
 
-def entitle(card: Widget, title: str, state: Text | str = "") -> None:
-    """Set title and state of a card. Nothing in them is a style."""
-    shown = Content.from_rich_text(state) if isinstance(state, Text) else Content.styled(state, "not bold")
-    content = Content.assemble(title, "  ", shown) if state else Content(title)
+
+def entitle(card: Widget, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:
+    """Set title and state of a card; the state as words or as pieces, each with its style. Nothing in them is a
+    style."""
+    pieces = [(state, "not bold")] if isinstance(state, str) else state
+    styled = ((words, " ".join(_OF_THEME.get(part, part) for part in style.split())) for words, style in pieces)
+    content = Content.assemble(title, "  ", *styled) if state else Content(title)
     if card.border_title != content.markup:
         setattr(card, "_border_title", content)  # noqa: B010 - the library's own setter draws the whole card anew
         left, top = card.content_offset

@@ -10,7 +10,7 @@ from accept.tui.widgets.limit_bar import after_number, numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.state.unit_state import StepState
-from accept.workflow.steps.plan import WorkflowStep
+from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import repeated
 from checks.declare import Scalar
 from checks.rounding import rounded
@@ -23,7 +23,8 @@ class Field(Vertical):
     refusal, or a question."""
 
     def __init__(self, place: FieldPlace) -> None:
-        super().__init__(classes="field file" if place.is_file else "field")
+        optional = not (is_needed(place.declared) or place.among_optional)
+        super().__init__(classes=f"field{' file' * place.is_file}{' optional' * optional}")
         self.place = place
         self._shown: object = None
         self._course = ""

@@ -120,11 +120,11 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
 
 
 def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
-    """Return a finding in two lines, its value on a third where there is no room, and one more with its reason if it
-    has one. usual: its value at other units; room: columns."""
+    """Return a finding with its bar, and its reason in a line of its own. usual: its value at other units; room:
+    columns."""
     status, value = of_findings([f]), "" if f.value is None else _value(f)
     colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
-    text = Text(head, colour)
+    text = Text.assemble((head, colour))
     if value:
         fits = len(head) + 2 + len(value) + 2 + len(status.word) <= room
         text.append("  " if fits else "\n  ").append(value, "bold")
@@ -147,6 +147,8 @@ def finding_row(f: Finding, name: int, value: int, room: int = ROOM) -> Text:
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}  ", status.style))
     bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
     fits = 2 + name + 2 + value + 2 + len(bounds) <= room
+    if 2 + name + 2 + value > room:  # value and limits share the next line
+        text, fits = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style)), True
     text.append(f"{_value(f):<{value}}", "bold").append(f"{'  ' if fits else chr(10) + '    '}{bounds}\n", "dim")
     if f.reason and not (f.reason == _ABOVE and f.value is None):
         text.append(f"    {pretty(f.reason)}\n", status.style)

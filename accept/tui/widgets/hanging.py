@@ -46,7 +46,8 @@ class Hanging(Static):
         if not before:
             self.refresh(layout=True)
             return
-        rows = enumerate(zip_longest(before, after, fillvalue=[]))
+        none: list[Segment] = []
+        rows = enumerate(zip_longest(before, after, fillvalue=none))
         regions = [Region(0, y, max(_length(old), _length(new)), 1) for y, (old, new) in rows if old != new]
         if regions:
             self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)

@@ -34,7 +34,8 @@ from checks.declare import Measured
 from checks.rounding import with_U
 from specs.spec import Limit
 
-_STRIP = 26  # columns of the drawn bar on a small terminal
+_STRIP, _LEAST_STRIP = 26, 10  # columns of the drawn bar on a small terminal
+_ROOM = 80  # columns before the first layout
 _SHOWN_S = 30  # of what was seen, one column for each second
 _LEAST_ROWS = 30  # of a terminal with room for large digits
 
@@ -126,21 +127,25 @@ class Gauge(Hanging):
         if about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS:
             self.hang(large_text(about, self._value, self._fault, tuple(self._seen), self.size.width))
         else:
-            self.hang(gauge_text(about, self._value, self._fault))
+            self.hang(gauge_text(about, self._value, self._fault, self.size.width or _ROOM))
 
 
-def gauge_text(about: Followed, value: Measured | None, fault: str) -> Text:
-    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without."""
+def gauge_text(about: Followed, value: Measured | None, fault: str, room: int = _ROOM) -> Text:
+    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; room:
+    columns."""
     text, limit, usual = Text(), about.limit, about.usual
     if about.name:
         text.append("now ", "dim").append("…" if value is None else _number(value, about.unit), "bold")
         text.append(f"  on {about.name}\n", "dim")
     if limit is not None:
-        drawn = limit_bar(*_value_and_U(value), limit.lower, limit.upper, _STRIP, usual)
-        text.append_text(coloured(drawn, _colour(value, limit)))
-        text.append(f"  {limits(limit.lower, limit.upper)}{after_number(limit.unit)}{usual_words(usual)}", "dim")
-        text.append("" if _inside(value, limit) else "  outside", "bold red").append("\n")
-    return text.append_text(_fault_line(value, fault)) if about.name else text
+        bounds = f"  {limits(limit.lower, limit.upper)}{after_number(limit.unit)}"
+        beside = "" if _inside(value, limit) else "  outside"
+        width = max(_LEAST_STRIP, min(_STRIP, room - len(bounds) - len("  outside")))
+        drawn = limit_bar(*_value_and_U(value), limit.lower, limit.upper, width, usual)
+        text.append_text(coloured(drawn, _colour(value, limit))).append(bounds, "dim").append(beside, "bold red")
+        more = usual_words(usual)
+        text.append(more if width + len(bounds) + len(beside) + len(more) <= room else "", "dim").append("\n")
+    return text.append_text(_fault_line(value, fault, room)) if about.name else text
 
 
 def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequence[float], columns: int) -> Text:
@@ -167,7 +172,7 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         text.append(_earlier_words(about) + "\n", "dim")
     text.append(" F3 Take ", "reverse bold").append(" …" if value is None else f" {_number(value, about.unit)}", "bold")
     text.append(f"\nfrom {about.name}\n", "dim")
-    return text.append_text(_fault_line(value, fault))
+    return text.append_text(_fault_line(value, fault, width))
 
 
 def _earlier_words(about: Followed) -> str:
@@ -189,10 +194,11 @@ def _colour(value: Measured | None, limit: Limit | None) -> str:
     return "bold" if value is None or limit is None else "bold green" if _inside(value, limit) else "bold red"
 
 
-def _fault_line(value: Measured | None, fault: str) -> Text:
-    if not fault:
-        return Text(" ")
-    return Text(f"✗ {fault}", "bold red") if value is None else Text(f"✗ before: {fault}", "dim")
+def _fault_line(value: Measured | None, fault: str, room: int) -> Text:
+    """Return the last fault in one row; whole it stands at the foot and below its field."""
+    text = Text(f"✗ {fault}", "bold red") if value is None else Text(f"✗ before: {fault}", "dim")
+    text.truncate(room, overflow="ellipsis")
+    return text if fault else Text(" ")
 
 
 def _large(number: str) -> list[str]:

@@ -19,6 +19,7 @@ from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import counted, missing_labels
 from accept.workflow.steps.status import UNFINISHED, Status
+from checks.rounding import rounded
 from checks.verdict import Verdict
 
 HELD = Status.HELD.style  # of what quality assurance must decide
@@ -73,8 +74,11 @@ class StepList(DataTable[Text]):
             done += status not in UNFINISHED
         if self._session.gap.responses is not None:
             found = self._session.gap.found  # it has no verdict, but a mark all the same
-            word = () if found is None else (signs.GAP[str(found["verdict"])].word,)
-            self._put(GAP, Status.NOT_DONE if found is None else Status.TAKEN, GAP_ROW, word)
+            if found is None:
+                self._put(GAP, Status.NOT_DONE, GAP_ROW, ())
+            else:
+                word = signs.GAP[str(found["verdict"])].word
+                self._put(GAP, Status.TAKEN, "Gap", (word, word.replace("possible ", "")))
         entitle(self, *(("Steps", f"{done} of {len(self._session.steps)}") if self._room() else ("",)))
 
     def _put(self, row: str, status: Status, title: str, more: Sequence[str], held: bool = False) -> None:
@@ -138,18 +142,17 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> Sequen
         return (note,)
     if first.value is None:
         return f"{note}{status.word}", note
-    short, of = f"{first.value:.3g}", pretty(after_number(first.unit))
+    short, of = min(f"{first.value:.3g}", rounded(first.value, first.U), key=len), after_number(first.unit)
     every = [f"{f.value:.3g}" for f in found if f.value is not None]
     together = [" · ".join(every)] if len(every) == len(found) == 2 and found[0].unit == found[1].unit else []
     return tuple(f"{note}{words}" for words in (*together, f"{short}{of}", short))
 
 
-def head(session: Session, step: WorkflowStep) -> tuple[str, Text]:
+def head(session: Session, step: WorkflowStep) -> tuple[str, Sequence[tuple[str, str]]]:
     """Return the title of a step, and its state and number for the other end of the same line."""
     status = session.judgements.status(step)
     number = 1 + [s.name for s in session.steps].index(step.name)
-    state = Text(f"{status.mark} {status.word}", status.style)
-    state.append(f" · {number} of {len(session.steps)}", "dim")
+    state = (f"{status.mark} {status.word}", status.style), (f" · {number} of {len(session.steps)}", "not bold dim")
     return step.title if step.asked.required else f"{step.title} (not required)", state
 
 

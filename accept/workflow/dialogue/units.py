@@ -162,7 +162,7 @@ def _unless_secret(d: UnitsDialogue, then: str) -> Turn:
 
 
 def recognized(d: UnitsDialogue, asked: LookForPassphrase, secret: str | None) -> Turn:
-    """Answer the key, anew if something else was typed meanwhile, or take a passphrase away."""
+    """Answer the key that waited for the search; delete the text if it is a passphrase; search again if it changed."""
     if secret is not None:
         return _say(replace(d, text="", row=0), NOT_TAKEN, "bad", Common.BELL)
     now = press(d, asked.then)

@@ -69,8 +69,8 @@ def _element_texts(entry: Mapping[str, Any]) -> tuple[str, str]:
 
 
 def picture_again(name: str, panel: Panel, document: Mapping[str, Any]) -> Panel:
-    """Return a panel of `gap_panels` with the curves of the one given, and all else from gap.json. Raises ValueError
-    if it does not have its curves."""
+    """Return a panel of `gap_panels`, magnitude or residual by its name, made of the curves of `panel` and otherwise of
+    gap.json, which is `document`. Raises ValueError if `panel` does not have these curves."""
     channel, _, kind = name.partition(" ")
     curves = [(item.x, item.y) for item in panel.items if isinstance(item, Line)]
     if kind == "magnitude":

@@ -37,8 +37,8 @@ class ExcessBand:
 
 @dataclass(frozen=True)
 class Adequacy:
-    """p: chance of the worst of windows and pulls when nothing is missing; windows: those that chance does not explain,
-    by rising p, none over another; pulls: calibrated parameters off their priors, in standard deviations."""
+    """p: p-value of the worst window or pull, corrected for multiple tests; windows: the significant ones, by rising p,
+    without overlap; pulls: offset of each calibrated parameter from its prior, standard normal under the null."""
 
     p: float
     windows: tuple[ExcessBand, ...]

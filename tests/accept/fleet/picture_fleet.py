@@ -61,7 +61,7 @@ def main() -> None:
             frame = measurements(store)
             content = document(store, {})
         (stroke,) = trend.trends(frame, "stroke_um", "all")
-        _written(out / "trend.png", [trend.panel(stroke)], 2 * WIDE_MM)
+        _written(out / "trend.png", trend.chart_panels(stroke), 2 * WIDE_MM)
         unit = frame[frame["serial"] == REPAIRED]
         _written(out / "history.png", history.panels(history.changes(unit)), 2 * WIDE_MM)
         made = yields.yields(frame, "month")

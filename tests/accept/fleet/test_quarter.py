@@ -12,7 +12,7 @@ from click.testing import Result
 from accept.fleet.measurements import measurements
 from accept.fleet.process_control.capability import capability
 from accept.fleet.site.page_data import document
-from accept.fleet.trend import panel, trends
+from accept.fleet.trend import chart_panels, trends
 from accept.fleet.yields import panels, pareto, yields
 from accept.store import open_store
 from checks.picture import Line, Mark
@@ -172,7 +172,7 @@ def test_the_plot_names_a_baseline_only_where_one_was_set(tmp_path, monkeypatch)
         add(store, [judgement(f"A-{i}", {"stroke_um": 360.0 + i % 5}) for i in range(20)])
         frame = measurements(store)
     (made,) = trends(frame, "stroke_um", "all")
-    labels = [item.label for item in panel(made).items if isinstance(item, Mark)]
+    labels = [item.label for item in chart_panels(made)[0].items if isinstance(item, Mark)]
     assert "mean of these units" in labels
     assert not any("baseline" in label for label in labels)
-    assert not [item for item in panel(made).items if isinstance(item, Line) and "equal" in item.label]
+    assert not [item for item in chart_panels(made)[0].items if isinstance(item, Line) and "equal" in item.label]

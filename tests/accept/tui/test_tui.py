@@ -107,7 +107,7 @@ async def test_nonsense_is_refused_beside_the_field_and_nothing_is_stored():
         await begin(pilot)
         await press(pilot, "down", "enter")
         before = len(stored())
-        for typed, reason in (("abc", "not a number"), ("4.99 V", "fit here; use uF"), ("1e9", "not plausible")):
+        for typed, reason in (("abc", "not a number"), ("4.99 V", "fit here; use µF"), ("1e9", "not plausible")):
             field = pilot.app.screen.query(Field).first()
             pilot.app.screen.set_focus(field.input)
             field.input.value = ""

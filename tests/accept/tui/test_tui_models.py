@@ -123,7 +123,7 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         assert "shows in de, 170 to 215 Hz, 14 dB above chance" in said
         assert "de 81 → 1" in said
         await press(pilot, "escape")
-        assert "cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "more"))
+        assert "cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "title"))
     monkeypatch.setattr(Elsewhere, "explain", None)
     async with running(loader("strut")) as pilot:  # after a restart it is there without another search
         await to_steps(pilot)

@@ -25,7 +25,6 @@ async def test_the_palette_leads_to_a_step_by_its_name():
         await pilot.press("enter")
         await until(lambda: isinstance(pilot.app.screen, StepScreen) and pilot.app.screen.step.name == "stroke")
         await settled(pilot)
-        await press(pilot, "escape")
         assert pilot.app.screen.query_one(StepList).cursor_row == 2
 
 
