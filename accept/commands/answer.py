@@ -25,12 +25,15 @@ from accept.pictures.formats import format_of
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from checks.picture import Panel
 
 P = ParamSpec("P")
 Content = bytes | Document | Mapping[str, Any] | Sequence[Any]
 STDOUT = Path("-")
 PLAIN: Mapping[str, Any] = {"box": box.SIMPLE_HEAD, "padding": 0, "pad_edge": False}  # a table without lines
+DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 ENDINGS = {"json": ".json", "csv": ".csv", "mat": ".mat", "uff": ".uff", "html": ".html", "plot": ""}  # of outputs
 
 
@@ -73,6 +76,18 @@ def table(titles: Iterable[str | Column], rows: Iterable[Iterable[str | Text]], 
 def first_of(names: Sequence[str], most: int = 10) -> str:
     """Return names in one line: the first of them, and how many more there are."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def csv_of(frame: "pd.DataFrame") -> bytes:
+    """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted."""
+    import pandas as pd  # loaded where a table is written
+
+    texts = frame.select_dtypes(include=["object", "string", "category"]).columns
+    quoted = {
+        name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts
+    }
+    harmless = frame.assign(**{name: pd.Series(values, frame.index, object) for name, values in quoted.items()})
+    return harmless.to_csv(index=False).encode()
 
 
 def picture(

@@ -1,5 +1,6 @@
 """Options that several commands share, each declared once: type, name and help. Light, so that help comes at once."""
 
+import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +20,14 @@ SpecName = Annotated[str | None, Option("--spec", help="Built-in spec or TOML fi
 BenchPath = Annotated[Path | None, Option("--bench", help="bench.toml: judge with its calibrations.")]
 ModelName = Annotated[str, Option("--model", help="Built-in model or TOML file.")]
 StartModelName = Annotated[str | None, Option("--model", help="Model to start from; default: by the kind.")]
+FirstDay = Annotated[
+    datetime.datetime | None,
+    Option("--since", formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="First day, UTC."),
+]
+LastDay = Annotated[
+    datetime.datetime | None,
+    Option("--until", formats=["%Y-%m-%d"], metavar="YYYY-MM-DD", help="Last day, UTC."),
+]
 Operator = Annotated[
     str | None, Option(envvar="ACCEPT_OPERATOR", help="Name of the operator; default: the login name.")
 ]

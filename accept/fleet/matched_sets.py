@@ -1,20 +1,23 @@
 """Which accepted units fit into one machine."""
 
+import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from accept.fleet.errors import FleetError, statistics
-from accept.fleet.measurements import GOLDEN, in_order_of_measurement, latest
+from accept.fleet.measurements import GOLDEN, in_order_of_measurement, is_between, latest
 from accept.fleet.process_control.matching import MatchedSets, ideal_replacement, match
 from accept.fleet.trend import equal_values, whose
 from checks.arrays import Array
+from specs.files import read_bounded
 
 COLUMNS = (  # what a pool is made of
     "seq", "serial", "kind", "unit_verdict", "quantity", "value", "U", "unit", "simulated", GOLDEN,
-    "time", "measured", "batch", "place", "operator", "bench",
+    "time", "measured", "batch", "place", "operator", "bench", "lot",
 )  # fmt: skip
 
 
@@ -31,11 +34,43 @@ class Pool:
     left_out: Mapping[str, Sequence[str]]
 
 
-def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
+@dataclass(frozen=True)
+class Chosen:
+    """Which units are asked about: serials, None: all; a lot; first and last day of their last measurement."""
+
+    serials: frozenset[str] | None = None
+    lot: str | None = None
+    days: tuple[datetime.date | None, datetime.date | None] = (None, None)
+
+    def of(self, rows: pd.DataFrame) -> pd.DataFrame:
+        """Return the rows of these units."""
+        keep = is_between(rows, *self.days)
+        if self.serials is not None:
+            keep &= rows["serial"].isin(list(self.serials))
+        return rows[keep if self.lot is None else keep & (rows["lot"] == self.lot)]
+
+
+ALL = Chosen()
+
+
+def serials_in(file: Path) -> frozenset[str]:
+    """Return the serials in a file, one on each line. Raises FleetError for a file that is empty or cannot be read."""
+    try:
+        found = frozenset(filter(None, map(str.strip, read_bounded(file).decode().splitlines())))
+    except (OSError, ValueError) as e:
+        raise FleetError(f"{file}: cannot be read as a list of serials ({e})") from e
+    if not found:
+        raise FleetError(f"{file}: holds no serial; write one on each line")
+    return found
+
+
+def pool(frame: pd.DataFrame, kind: str, by: Sequence[str], chosen: Chosen = ALL) -> Pool:
     """Return the accepted units of a kind by their last judgement, without simulated and golden ones and values that
     were not measured one by one. Raises FleetError for a quantity that no unit has."""
-    last = latest(frame[~frame["simulated"] & ~frame[GOLDEN]])
+    last = chosen.of(latest(frame[~frame["simulated"] & ~frame[GOLDEN]]))
     accepted = last[(last["kind"] == kind) & (last["unit_verdict"] == "accepted")]
+    if accepted.empty and chosen != ALL:
+        raise FleetError(f"no accepted unit of kind {kind} in the store is one of those that are asked about")
     if accepted.empty:
         others = ", ".join(sorted(set(last.loc[last["unit_verdict"] == "accepted", "kind"])))
         hint = f"; of kind {others} there are: --kind {others.split(', ')[0]}" if others else ""
@@ -45,6 +80,8 @@ def pool(frame: pd.DataFrame, kind: str, by: Sequence[str]) -> Pool:
     if missing:
         raise FleetError(f"no accepted {kind} has {', '.join(missing)}; there are: {', '.join(sorted(known))}")
     serials, left_out = set(accepted["serial"].unique()), dict[str, Sequence[str]]()
+    if absent := sorted((chosen.serials or frozenset()).difference(serials)):
+        left_out[f"no accepted {kind} that is asked about by its last judgement"] = absent
     accepted = accepted[accepted["quantity"].isin(by)].astype({"serial": object, "quantity": object})
     known_values = accepted
     for name in by:

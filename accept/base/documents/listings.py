@@ -301,6 +301,7 @@ class Recall(Document):
     known: Annotated[bool, "whether it ever touched a unit"]
     units: tuple[str, ...]
     touches: tuple[TouchListed, ...]
+    until: str | None = None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from accept.base.console import stdout
 from accept.base.names import shown_name
-from accept.commands.answer import File, Remark, first_of, table
+from accept.commands.answer import File, Remark, csv_of, first_of, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
@@ -38,7 +38,6 @@ TITLES = {  # on the terminal; files keep the names of the columns
     "percent_of_tolerance": "% of tolerance",
     "mean_square": "mean square",
 }
-DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 
 
 def is_chosen(frame: pd.DataFrame, choice: JudgementFilter) -> pd.Series:
@@ -81,16 +80,8 @@ def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[
 
     return (
         File(outputs.json, listed if document is None else document),
-        File(outputs.csv, lambda: _harmless(frame).to_csv(index=False).encode()),
+        File(outputs.csv, lambda: csv_of(frame)),
     )
-
-
-def _harmless(frame: pd.DataFrame) -> pd.DataFrame:
-    texts = frame.select_dtypes(include=["object", "string", "category"]).columns
-    quoted = {
-        name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts
-    }
-    return frame.assign(**{name: pd.Series(values, frame.index, object) for name, values in quoted.items()})
 
 
 def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingProxyType({})) -> Table:

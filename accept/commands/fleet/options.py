@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 from typer import Option
@@ -58,3 +59,7 @@ class MatchOptions:
     sets: Annotated[int, Option(min=1, help="Disjoint sets.")] = 1
     kind: Annotated[str, Option(help="Product (accept product list).", callback=installed)] = "strut"
     by: Annotated[list[str] | None, Option(help="Quantities that should agree; repeat the option.")] = None
+    units: Annotated[Path | None, Option("--units", help="Only these units: file with a serial on each line.")] = None
+    lot: Annotated[str | None, Option(help="Only units of this lot.")] = None
+    since: Annotated[str | None, Option(help="Only units measured from this day or month on, UTC.")] = None
+    until: Annotated[str | None, Option(help="Only units measured until this day or month, UTC.")] = None

@@ -14,7 +14,7 @@ from accept.commands.fleet.answers import files, golden_left_out, rows
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
 from accept.fleet import judged_again, matched_sets
-from accept.fleet.measurements import GOLDEN, measurements
+from accept.fleet.measurements import GOLDEN, day, measurements
 from accept.judging.judge_unit import load_spec
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
@@ -79,7 +79,9 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Answer:
         raise ProductError(f"product '{kind}' does not say by which quantities sets are matched: name them with --by")
     with open_store() as store:
         frame = measurements(store, columns=matched_sets.COLUMNS)
-    units = matched_sets.pool(frame, kind, by)
+    days = day(wanted.since), day(wanted.until, last=True)
+    these = matched_sets.serials_in(wanted.units) if wanted.units else None
+    units = matched_sets.pool(frame, kind, by, matched_sets.Chosen(these, wanted.lot, days))
     if words := golden_left_out(frame[frame[GOLDEN] & (frame["kind"] == kind)]):
         say(words)
     for why, serials in units.left_out.items():

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +18,7 @@ from accept.certificate import DispositionError, InvalidCertificate, parse_dispo
 from accept.certificate.trust import keys
 from accept.certificate.trust.published_list import publish
 from accept.commands.answer import STDOUT, Answer, File, Remark, command
-from accept.commands.options import JsonAnswer, QaPassphrase
+from accept.commands.options import FirstDay, JsonAnswer, LastDay, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer
 from accept.judging.copies import resolve
 from accept.judging.nonconformance import decide, open_nonconformances
@@ -46,6 +47,17 @@ from accept.store.payloads import (
 from checks.verdict import UnitVerdict, Verdict
 from specs.files import json_of
 from specs.spec import listed_name
+
+
+@dataclass(frozen=True)
+class EventFilter:
+    """Which events are listed."""
+
+    who: Annotated[str | None, Option(help="Only of a person whose name holds this.")] = None
+    what: Annotated[str | None, Option(help="Only events whose kind holds this, as nonconformance.")] = None
+    word: Annotated[str | None, Option(help="Only events in whose payload this word stands.")] = None
+    since: FirstDay = None
+    until: LastDay = None
 
 
 @command
@@ -201,19 +213,39 @@ def dispose(
 @command
 def log(
     serial: Annotated[str | None, Argument(help="Only events of this unit.")] = None,
+    *,
+    chosen: EventFilter,
     full: Annotated[bool, Option("--full", help="With payload and hash of every event.")] = False,
     json: JsonAnswer = None,
 ) -> Answer:
     """List who did what, when, by which spec and code."""
     with open_store(check=False) as store:
         problem = store.check()
-        events = list(store.events(subject=serial))
+        events = [event for event in store.events(subject=serial) if _is_chosen(event, chosen)]
     return Answer(
         Remark(f"warning: the store does not hold: {problem}" if problem else ""),
         File(json, lambda: EventList(not problem, str(problem) if problem else None, tuple(map(_event_row, events)))),
         *(line for event in events for line in _event_lines(event, full)),
-        Remark("" if events else "no event yet" if serial is None else f"no event of a unit '{serial}'"),
+        Remark("" if events else _no_event(serial, chosen)),
     )
+
+
+def _is_chosen(event: Event, chosen: EventFilter) -> bool:
+    who, what, day = chosen.who, chosen.what, event.time[:10]
+    return (
+        (who is None or who.casefold() in event.by.casefold())
+        and (what is None or what in event.what)
+        and (chosen.since is None or day >= chosen.since.date().isoformat())
+        and (chosen.until is None or day <= chosen.until.date().isoformat())
+        and (chosen.word is None or chosen.word.casefold() in f"{_verdict(event)} {event.payload}".casefold())
+    )
+
+
+def _no_event(serial: str | None, chosen: EventFilter) -> str:
+    of = f" of a unit '{serial}'" if serial is not None else ""
+    if any(value is not None for value in vars(chosen).values()):
+        return f"no event{of} that is asked for"
+    return f"no event{of}" if of else "no event yet"
 
 
 def _event_lines(event: Event, full: bool) -> Iterator[str]:

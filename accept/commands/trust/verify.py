@@ -11,6 +11,7 @@ from accept.base.documents.listings import SignatureVerified, VerificationDocume
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.plain_text import one_line
 from accept.base.progress import busy
 from accept.certificate import (
     ListsBeside,
@@ -26,7 +27,7 @@ from accept.certificate import (
 )
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import beside
-from accept.commands.answer import Answer, File, Remark, command
+from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
 from specs.errors import AcceptError
@@ -35,6 +36,10 @@ from specs.spec import load
 REQUIREMENTS = ("accepted", "countersigned", "approved", "current")
 SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
+
+
+class CertificatesMissing(AcceptError, ValueError):
+    """A folder without certificates."""
 
 
 class RequirementError(AcceptError, ValueError):
@@ -58,7 +63,7 @@ class VerifyOptions:
 
 @command
 def run(
-    certificate: Annotated[Path, Argument(help="The certificate to check.")],
+    certificates: Annotated[list[Path], Argument(help="The certificate to check; several, or folders: a table.")],
     options: VerifyOptions,
     json: JsonAnswer = None,
 ) -> Answer:
@@ -69,22 +74,76 @@ def run(
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
-    with busy(f"{certificate.name}: judging again"):
-        report = verify_here(read_certificate(certificate), options)
+    if len(certificates) > 1 or certificates[0].is_dir():
+        found = [(path, _verify(path, options, True)) for path in certificates_in(certificates)]
+        return _of_many([(*each, _unmet_requirements(each[1], required, wanted_spec)) for each in found], json)
+    report = _verify(certificates[0], options)
     missing = _unmet_requirements(report, required, wanted_spec)
-    words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
-    head += f"{SIMULATED}: " if report.simulated else ""
-    head += words[report.outcome]
-    if report.outcome is not Validity.NOT_VALID and not report.authorised:
-        head += ", not yet authorised by quality assurance"
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
     return Answer(
         *(Remark(f"  {line}") for line in report.details),
         File(json, _document(report, missing)),
-        f"{head}: {report.reason}{tail}",
-        exit=Exit.REJECTED if missing else _EXIT[report.outcome],
+        f"{head}{_outcome(report)}: {report.reason}{tail}",
+        exit=_exit(report, missing),
     )
+
+
+def certificates_in(paths: Sequence[Path]) -> list[Path]:
+    """Return the files among paths and every PDF in the folders among them, each once, in the order of their names in a
+    folder. Raises CertificatesMissing for a folder without any."""
+    found = dict[Path, None]()
+    for path in paths:
+        inside = sorted(each for each in path.rglob("*") if each.suffix.lower() == ".pdf") if path.is_dir() else [path]
+        if not inside:
+            raise CertificatesMissing(f"{path}: holds no certificate (no file that ends in .pdf)")
+        found.update(dict.fromkeys(inside))
+    return list(found)
+
+
+def _verify(path: Path, options: VerifyOptions, one_of_many: bool = False) -> Verification:
+    """Verify a file. one_of_many: one that cannot be read is not valid, so that the others are looked at."""
+    try:
+        with busy(f"{path.name}: judging again"):
+            return verify_here(read_certificate(path), options)
+    except OSError as e:
+        if not one_of_many:
+            raise
+        return Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
+
+
+def _outcome(report: Verification) -> str:
+    words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
+    simulated = f"{SIMULATED}: " if report.simulated else ""
+    waits = report.outcome is not Validity.NOT_VALID and not report.authorised
+    return simulated + words[report.outcome] + (", not yet authorised by quality assurance" if waits else "")
+
+
+def _exit(report: Verification, missing: Sequence[str]) -> Exit:
+    return Exit.REJECTED if missing else _EXIT[report.outcome]
+
+
+def _of_many(found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None) -> Answer:
+    """Return a row for each certificate, those that are not valid or not as required with the reason, and a count; the
+    exit code is the worst."""
+    exits = [_exit(report, missing) for _, report, missing in found]
+    wrong = [n for n, exit in enumerate(exits) if exit is not Exit.ACCEPTED]
+    shown = (
+        (one_line(str(path)), report.serial, str(report.verdict or ""), _outcome(report),
+         ", ".join(f"{by.person} ({by.role})" for by in report.signatures))
+        for path, report, _ in found
+    )  # fmt: skip
+    worst = next((exit for exit in (Exit.REJECTED, Exit.INCOMPLETE) if exit in exits), Exit.ACCEPTED)
+    documents = [{"certificate": str(path), **_document(report, missing).to_json()} for path, report, missing in found]
+    return Answer(
+        File(json, documents),
+        table(("certificate", "serial", "verdict", "is", "signed by"), shown, **PLAIN),
+        *(f"{one_line(str(path))}: {'; '.join((report.reason, *missing))}" for path, report, missing in
+          (found[n] for n in wrong)),
+        f"{len(found) - len(wrong)} of {len(found)} certificates are valid"
+        + (" and as required" if any(missing for *_, missing in found) else ""),
+        exit=worst,
+    )  # fmt: skip
 
 
 def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:

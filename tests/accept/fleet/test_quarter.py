@@ -1,11 +1,13 @@
 """A quarter as quality assurance works it: copied numbers ring and make no limits, each stopped unit counts once, and a
 golden unit is no part of the process."""
 
+import datetime
 import json
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from click.testing import Result
 
@@ -14,7 +16,8 @@ from accept.fleet.process_control.capability import capability
 from accept.fleet.site.page_data import document
 from accept.fleet.trend import chart_panels, trends
 from accept.fleet.yields import panels, pareto, yields
-from accept.store import open_store
+from accept.store import NewEvent, open_store
+from accept.store.payloads import GoldenMet
 from checks.picture import Line, Mark
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
@@ -176,3 +179,63 @@ def test_the_plot_names_a_baseline_only_where_one_was_set(tmp_path, monkeypatch)
     assert "mean of these units" in labels
     assert not any("baseline" in label for label in labels)
     assert not [item for item in chart_panels(made)[0].items if isinstance(item, Line) and "equal" in item.label]
+
+
+def test_a_set_is_chosen_among_the_units_that_are_asked_about(tmp_path):
+    by = ("match", "--kind", "apa", "--by", "stroke_um", "--n", 3, "--csv", tmp_path / "set.csv")
+    these = tmp_path / "these.txt"
+    these.write_text("APA-0001\nAPA-0003\n\nAPA-0005\nAPA-0007\nAPA-0101\nAPA-9999\n")
+    done = accept(*by, "--units", these)
+    assert done.exit_code == 0, done.output
+    # 0101 is held, and 9999 is no unit
+    assert "no accepted apa that is asked about by its last judgement: APA-0101, APA-9999" in said(done)
+    assert set(pd.read_csv(tmp_path / "set.csv")["serial"]) <= {"APA-0001", "APA-0003", "APA-0005", "APA-0007"}
+    assert accept(*by, "--lot", "L2").exit_code == 0  # weeks 4 to 6
+    assert all(121 <= int(serial[4:]) <= 240 for serial in pd.read_csv(tmp_path / "set.csv")["serial"])
+    assert accept(*by, "--since", "2026-09-28", "--until", "2026-10").exit_code == 0
+    assert all(int(serial[4:]) > 480 for serial in pd.read_csv(tmp_path / "set.csv")["serial"])
+    for wrong, words in (("--lot", "L99"), "asked about"), (("--units", tmp_path / "no"), "cannot be read"):
+        done = accept(*by, *wrong)
+        assert done.exit_code == 6
+        assert words in said(done)
+
+
+def test_the_log_is_asked_by_person_day_event_and_word(tmp_path):
+    def asked(*words: object) -> list[dict]:
+        assert accept("store", "log", *words, "--json", tmp_path / "log").exit_code == 0
+        return json.loads((tmp_path / "log").read_text())["events"]
+
+    ben = asked("--who", "ben", "--since", "2026-09-01", "--until", "2026-09-30")
+    assert {event["who"] for event in ben} == {"Ben"}
+    assert {event["time"][:7] for event in ben} == {"2026-09"}
+    assert [event["subject"] for event in asked("--what", "golden")] == [GOLDEN]
+    assert {event["subject"] for event in asked("--word", "a SCRATCH")} == {"APA-0101"}
+    assert "no event of a unit 'APA-0001' that is asked for" in said(accept("store", "log", "APA-0001", "--who", "Zoe"))
+
+
+def test_units_are_recalled_since_the_golden_unit_was_right(tmp_path, monkeypatch):
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "empty"))
+    days = [datetime.date(2026, 8, 3), datetime.date(2026, 8, 5), datetime.date(2026, 8, 7)]
+    recall = ("recall", "--instrument", "G-77", "--json", tmp_path / "r")
+    with open_store() as store:
+        for n, day in enumerate(days):
+            made = judgement(f"APA-{n}", {"stroke_um": 360.0}, store.bench, day=day)
+            made.payload["result"]["calibration"]["instruments"] = [
+                {"check": "stroke", "name": "probe", "serial": "G-77", "problem": None}
+            ]
+            at = datetime.datetime.combine(day, datetime.time(16), datetime.UTC)
+            add(store, [made], at=at)
+            if n == 0:
+                assert "name the day with --since" in said(accept(*recall, "--since-good"))
+            if n == 1:
+                bench = store.bench
+                for of in (bench, "elsewhere"):
+                    later = datetime.timedelta(hours=1 if of == bench else 30)
+                    add(store, [NewEvent(GoldenMet.KIND, "", GoldenMet((GOLDEN,), of).to_json())], at=at + later)
+    assert accept(*recall, "--since-good", "--csv", tmp_path / "r.csv").exit_code == 0
+    assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-1", "APA-2"]
+    assert list(pd.read_csv(tmp_path / "r.csv")["unit"]) == ["APA-1", "APA-2"]
+    accept(*recall, "--since", "2026-08-03", "--until", "2026-08-05")
+    assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-0", "APA-1"]
+    for wrong in ((), ("--since", "2026-08-03", "--since-good")):
+        assert "either --since YYYY-MM-DD or --since-good" in said(accept(*recall, *wrong))

@@ -1,0 +1,106 @@
+"""Many certificates in one command: verified as a table, countersigned with one passphrase."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from accept.base.home import home
+from accept.certificate.trust import keys
+from tests.accept.certificate.certificate_help import accept
+from tests.accept.units.units import GOOD, make_unit
+
+VALUES = {"A": GOOD, "B": GOOD.replace("5.10", "5.09"), "C": GOOD.replace("5.10", "1.72")}
+SIGNED = ("report", "--spec", "apa-basic", "--operator", "Ann")
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Certificates of two accepted units and a rejected one, in two folders."""
+    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    monkeypatch.setenv("COLUMNS", "200")
+    keys.init(home(), "correct horse", "Ann", "Grace Hopper", "battery staple")
+    for serial, text in VALUES.items():
+        folder = make_unit(tmp_path / "units" / serial, serial, text)
+        why = ("--reason", "for the archive") if serial == "C" else ()
+        out = tmp_path / "signed" / ("rest" if serial == "C" else "") / f"{serial}.pdf"
+        out.parent.mkdir(parents=True, exist_ok=True)
+        done = accept(*SIGNED[:1], folder, "--out", out, *SIGNED[1:], *why)
+        assert out.exists(), done.output
+    return tmp_path / "signed"
+
+
+def test_a_folder_is_verified_as_a_table_and_the_worst_decides(place: Path) -> None:
+    done = accept("verify", place, "--json", place / "all.json")
+    assert done.exit_code == 0, done.output
+    assert "3 of 3 certificates are valid" in done.output
+    (place / "B.pdf").write_bytes((place / "B.pdf").read_bytes().replace(b"/Type", b"/Tepy", 1))
+    (place / "note.pdf").write_bytes(b"no certificate")
+    done = accept("verify", place, "--json", place / "all.json")
+    assert done.exit_code == 3
+    assert "2 of 4 certificates are valid" in done.output
+    assert f"{place / 'note.pdf'}: " in done.output
+    told = {Path(each["certificate"]).name: each["outcome"] for each in json.loads((place / "all.json").read_text())}
+    assert told == {"A.pdf": "valid", "B.pdf": "not_valid", "note.pdf": "not_valid", "C.pdf": "valid"}
+
+
+def test_each_is_held_against_what_is_required(place: Path) -> None:
+    done = accept("verify", place / "A.pdf", place / "rest", "--require", "accepted")
+    assert done.exit_code == 3
+    assert "the unit is rejected, not accepted" in done.output
+    assert "1 of 2 certificates are valid and as required" in done.output
+
+
+def test_one_file_is_told_as_before(place: Path) -> None:
+    done = accept("verify", place / "A.pdf", "--json", place / "one.json")
+    assert done.output.splitlines()[-1].startswith("valid: A accepted; signed by ")
+    assert json.loads((place / "one.json").read_text())["serial"] == "A"
+
+
+def test_a_file_that_is_gone_stops_no_other(place: Path) -> None:
+    done = accept("verify", place / "A.pdf", place / "gone.pdf")
+    assert done.exit_code == 3
+    assert "cannot be read" in done.output
+    assert "1 of 2 certificates are valid" in done.output
+
+
+def test_quality_assurance_signs_all_that_are_accepted_and_no_other(place: Path) -> None:
+    rejected = (place / "rest" / "C.pdf").read_bytes()
+    (place / "note.pdf").write_bytes(b"no certificate")
+    done = accept("countersign", place)
+    assert done.exit_code == 4, done.output
+    assert "2 of 4 countersigned by Grace Hopper" in done.output
+    assert "rejected; countersign it alone, with a disposition" in done.output
+    assert (place / "rest" / "C.pdf").read_bytes() == rejected
+    for name in ("A.pdf", "B.pdf"):
+        assert accept("verify", place / name, "--require", "countersigned").exit_code == 0
+    again = accept("countersign", place / "A.pdf", place / "B.pdf")
+    assert (again.exit_code, again.output.count("countersigned already")) == (4, 2)
+
+
+def test_of_two_certificates_of_a_unit_the_second_is_left(place: Path) -> None:
+    (place / "copy.pdf").write_bytes((place / "A.pdf").read_bytes())
+    done = accept("countersign", place / "A.pdf", place / "copy.pdf")
+    assert "1 of 2 countersigned" in done.output
+    assert done.exit_code == 4
+
+
+def test_a_disposition_is_about_one_unit(place: Path) -> None:
+    done = accept("countersign", place, "--disposition", "use-as-is", "--because", "harmless")
+    assert done.exit_code == 6
+    assert "about one unit" in done.output
+
+
+def test_nothing_is_signed_with_a_wrong_passphrase(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = (place / "A.pdf").read_bytes()
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "something else")
+    assert accept("countersign", place).exit_code == 6
+    assert (place / "A.pdf").read_bytes() == before
+
+
+def test_a_folder_without_certificates_is_a_wrong_order(tmp_path: Path) -> None:
+    for command in ("verify", "countersign"):
+        done = accept(command, tmp_path)
+        assert done.exit_code == 6
+        assert "holds no certificate (no file that ends in .pdf)" in done.output.replace("\n", " ")
