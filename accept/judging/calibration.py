@@ -17,22 +17,22 @@ References = Mapping[str, Sequence[tuple[str, float]]]  # instrument -> day and 
 Statement = Mapping[str, Any]
 """bench: name of the bench file; sha256: of its bytes; on: the day of judging, ISO; instruments: a row per check and
 instrument that serves it: check, name, model, serial, certificate, calibrated, due, commissioned (in words; None: no
-program reads it), issuer (of the certificate, if it is stated) and, once held against a unit, measured (the day that
-counts: when it was measured where the unit tells, else of judging) and problem (None: valid). If the spec asks for a
-daily reference: reference_days, and reference, the day and E_n of the last comparison before the measurement (None:
-there was none). channels: sources of channels in the rig's records; values: section -> number beside its records, as
-it is at this bench."""
+program reads it), commissioning (what its technician signed of it), issuer (of the certificate, if it is stated) and,
+once held against a unit, measured (the day that counts: when it was measured where the unit tells, else of judging) and
+problem (None: valid). If the spec asks for a daily reference: reference_days, and reference, the day and E_n of the
+last comparison before the measurement (None: there was none). channels: sources of channels in the rig's records;
+values: section -> number beside its records, as it is at this bench."""
 
 
 def statement(
     bench: BenchFile,
     checks: Mapping[str, CheckSpec],
     on: datetime.date,
-    commissioned: Mapping[str, str] | None = None,
+    commissioned: Mapping[str, Mapping[str, Any]] | None = None,
     references: References | None = None,
 ) -> Statement:
     """Return what the bench file states about the instruments behind these checks. on: the day of judging.
-    commissioned: by instrument, the statement on its commissioning."""
+    commissioned: by instrument, the keys of its row on its commissioning."""
     rows = [
         {
             "check": check,
@@ -42,7 +42,7 @@ def statement(
             "certificate": entry.calibration.certificate if entry.calibration else None,
             "calibrated": _iso(entry.calibration.calibrated if entry.calibration else None),
             "due": _iso(entry.calibration.due if entry.calibration else None),
-            "commissioned": (commissioned or {}).get(name),
+            **(commissioned or {}).get(name, {"commissioned": None}),
             **({"issuer": entry.calibration.issuer} if entry.calibration and entry.calibration.issuer else {}),
             **_asked_reference(asked, (references or {}).get(name, ())),
         }

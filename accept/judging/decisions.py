@@ -43,7 +43,7 @@ class Signer:
     @property
     def person(self) -> KeyHolder:
         """Return the name on the certificate."""
-        return KeyHolder(_attribute(self.certificate, NameOID.COMMON_NAME))
+        return KeyHolder(attribute(self.certificate, NameOID.COMMON_NAME))
 
 
 Opens = Callable[[], Signer]
@@ -52,7 +52,7 @@ Opens = Callable[[], Signer]
 
 def sign_decision(kind: str, content: Mapping[str, Any], signer: Signer) -> SignedBy:
     """Sign a decision. kind: name of the event. Raises DecisionError for a key of another role."""
-    if _attribute(signer.certificate, NameOID.ORGANIZATIONAL_UNIT_NAME) != QA:
+    if attribute(signer.certificate, NameOID.ORGANIZATIONAL_UNIT_NAME) != QA:
         raise DecisionError(f"{signer.person} is not of quality assurance, whose key signs decisions")
     now = datetime.now(UTC).isoformat(timespec="seconds")
     signature = signer.key.sign(_text(kind, content, signer.person, now), ec.ECDSA(hashes.SHA256()))
@@ -81,10 +81,10 @@ def decision_problem(
         key.verify(bytes.fromhex(signed.signature), text, ec.ECDSA(hashes.SHA256()))
     except (ValueError, TypeError, InvalidSignature):
         return "its signature does not hold"
-    role = _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
-    if role != QA or _attribute(certificate, NameOID.COMMON_NAME) != signed.person:
+    role = attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
+    if role != QA or attribute(certificate, NameOID.COMMON_NAME) != signed.person:
         return "it is not signed by quality assurance"
-    if not any(_issued_by(certificate, ca) for ca in roots):
+    if not any(issued_by(certificate, ca) for ca in roots):
         return "it was not signed under a trusted authority"
     if not certificate.not_valid_before_utc <= when <= certificate.not_valid_after_utc:
         return "it was signed when the key was not valid"
@@ -110,7 +110,7 @@ def problem_here(
         if not isinstance(key, ec.EllipticCurvePublicKey) or not listed.is_signature_valid(key):
             return "the list of revoked keys is not signed by the authority"
         revoked = {one.serial_number: one.revocation_date_utc for one in listed}
-        lost = {one.serial_number for one in listed if _is_lost(one)}
+        lost = {one.serial_number for one in listed if is_lost(one)}
     except FileNotFoundError:
         promised = any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in roots[0].extensions)
         if promised and not weakens:
@@ -162,7 +162,8 @@ def recording_party(serial: str, sample: str, channels: Mapping[str, str]) -> tu
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 
-def _is_lost(one: x509.RevokedCertificate) -> bool:
+def is_lost(one: x509.RevokedCertificate) -> bool:
+    """Return whether another person may hold a revoked key: it was compromised or lost."""
     try:
         reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
     except x509.ExtensionNotFound:
@@ -175,12 +176,14 @@ def _text(kind: str, content: Mapping[str, Any], person: str, time: str) -> byte
     return json.dumps(stated, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode("ascii")
 
 
-def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
+def attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
+    """Return a part of the name on a certificate, "" if it is there not exactly once."""
     found = certificate.subject.get_attributes_for_oid(oid)
     return str(found[0].value) if len(found) == 1 else ""
 
 
-def _issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
+def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
+    """Return whether an authority signed a certificate."""
     try:
         certificate.verify_directly_issued_by(ca)
     except (ValueError, TypeError, InvalidSignature):

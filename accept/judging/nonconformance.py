@@ -25,7 +25,7 @@ from accept.judging.decisions import (
     sign_decision,
     signed_content,
 )
-from accept.judging.superseded import Approval, are_same, measured_values, superseded
+from accept.judging.superseded import Approval, are_same, measured_values, shares_recording, superseded
 from accept.judging.voids import voids
 from accept.store import Event, Store
 from accept.store.payloads import (
@@ -42,7 +42,6 @@ from checks.cause import Cause
 from checks.verdict import Finding, UnitVerdict, Verdict
 
 RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
-Values = Mapping[str, float]  # by quantity
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def standing(
         elif isinstance(payload, UnitJudged | AttemptStarted | CertificateSigned | NonconformanceDecided):
             found.follow(payload)
     holding = [w for w in dict.fromkeys([*in_notes(notes), *found.held]) if before.get(w, True)]
-    by = {w: found.releasing(w, values, stated, w in before) for w in holding}
+    by = {w: found.releasing(w, entry, stated, w in before) for w in holding}
     open_ones = tuple(w for w, decided in by.items() if decided is None)
     return Standing(
         open_ones,
@@ -122,16 +121,16 @@ def standing(
 class _Decisions:
     """The decisions about the nonconformances of a unit, from its events in their order.
 
-    held: words -> the last decision since they were noted, and the values of the judgement before it: None if the unit
-    was not judged, no values if an attempt was begun since. given: every decision that counts. judged: hashes of the
-    unit's judgements."""
+    held: words -> the last decision since they were noted, the judgement before it, None if the unit was not judged,
+    and whether an attempt was begun since that does not state them. given: every decision that counts. judged: hashes
+    of the unit's judgements."""
 
     def __init__(self, serial: str, judged: Collection[str]) -> None:
         self.serial, self.judged = serial, judged
-        self.held: dict[str, tuple[NonconformanceDecided, Values | None] | None] = {}
+        self.held: dict[str, tuple[NonconformanceDecided, UnitRecord | None, bool] | None] = {}
         self.given: list[NonconformanceDecided] = []
         self._seen = set[str]()  # decisions by what was signed: one can be written in another way and hold still
-        self._last: Values | None = None
+        self._last: UnitRecord | None = None
         self._stated: tuple[str, ...] = ()
         self._certified: dict[str, tuple[str, ...]] = {}  # sha256 of a certificate -> what its judgement states
 
@@ -143,11 +142,12 @@ class _Decisions:
     def follow(self, payload: UnitJudged | AttemptStarted | CertificateSigned | NonconformanceDecided) -> None:
         match payload:
             case UnitJudged(result=result):  # what it states QA decides; some is of another bench's folder
-                self._last, self._stated = measured_values(result), result.nonconformances
+                self._last, self._stated = result, result.nonconformances
                 for words in self._stated:
                     self.hold(words)
+                    self.held[words] = (known := self.held[words]) and (*known[:2], False)
             case AttemptStarted():
-                self.held = {words: known and (known[0], {}) for words, known in self.held.items()}
+                self.held = {words: known and (*known[:2], True) for words, known in self.held.items()}
             case CertificateSigned(disposition=None):
                 self._certified.setdefault(payload.sha256, self._stated)  # a file that is named again has not changed
             case CertificateSigned(disposition=Decision() as decision):
@@ -164,24 +164,28 @@ class _Decisions:
         own = given.judged in ("", *self.judged)
         if own and what not in self._seen and problem_here(DISPOSITION, content, signed) is None:
             self.given.append(given)
-            self.held |= {words: (given, self._last) for words in given.nonconformances if words in self.held}
+            self.held |= {words: (given, self._last, False) for words in given.nonconformances if words in self.held}
             self._seen.add(what)
 
     def releasing(
-        self, words: str, values: Values | None, stated: Sequence[str], before_it: bool
+        self, words: str, entry: UnitRecord | None, stated: Sequence[str], before_it: bool
     ) -> NonconformanceDecided | None:
-        """Return the last decision about a nonconformance if it releases a unit with these values: to use it as it is
-        does, to rework it or to measure it again only once it was measured again. before_it: what it is about was
-        measured before, which only the first one releases."""
-        decided, before = self.held.get(words) or (None, None)
+        """Return the last decision about a nonconformance if it releases a unit with this result: to use it as it is
+        does, to rework it or to measure it again only once it was measured again, and not by a recording of before.
+        before_it: what it is about was measured before, which only the first one releases."""
+        decided, last, begun = self.held.get(words) or (None, None, False)
         if decided is None or decided.disposition.choice not in RELEASING:
             return None
-        if decided.disposition.choice == CONCESSION or (before == {} and not before_it):
+        if decided.disposition.choice == CONCESSION:
             return decided
-        if before_it:
+        if before_it or (last is None and not begun):
             return None
-        is_as_before = words in stated if values is None else are_same(values, before or {})
-        return None if before is None or is_as_before else decided
+        if entry is None:
+            return decided if begun or words not in stated else None
+        if last is not None and shares_recording(entry, last, words.partition(":")[0]):
+            return None
+        is_as_before = last is not None and are_same(measured_values(entry), measured_values(last))
+        return decided if begun or not is_as_before else None
 
 
 def concessions(store: Store, serial: str | None = None) -> dict[int, str]:

@@ -179,7 +179,12 @@ def _is_new(entry: UnitRecord, result: UnitRecord, finding: Finding) -> bool:
     if not _is_recorded(entry, check):
         return not _is_recorded(result, check) and _entries(entry, check) != _entries(result, check)
     shared = set(_files(entry, check).values()) & set(_files(result, check).values())
-    return not shared and not any(same_recording(a, b) for a in _records(entry, check) for b in _records(result, check))
+    return not shared and not shares_recording(entry, result, check)
+
+
+def shares_recording(entry: UnitRecord, result: UnitRecord, check: str) -> bool:
+    """Return whether two results were judged, in what a check reads, by the same recording."""
+    return any(same_recording(a, b) for a in _records(entry, check) for b in _records(result, check))
 
 
 def _entries(result: UnitRecord, check: str) -> list[tuple[str, str]]:

@@ -116,8 +116,11 @@ def present(connection: Connection) -> set[str]:
 
 def foreign_columns(connection: Connection) -> list[str]:
     """Return the columns that differ from those of this schema, as `table.column`. A view, which may show other rows to
-    the next question, has none."""
+    the next question, has none; nor has a virtual table, which may be one."""
     found = inspect(connection)
-    real = [t for t in metadata.sorted_tables if t.name in found.get_table_names()]
-    have = {f"{t.name}.{c['name']}" for t in real for c in found.get_columns(t.name)}
+    names = found.get_table_names()
+    if connection.dialect.name == "sqlite":
+        real = "SELECT name FROM sqlite_master WHERE sql LIKE 'CREATE TABLE %'"
+        names = [*connection.exec_driver_sql(real).scalars()]
+    have = {f"{name}.{c['name']}" for name in {*names} & {*metadata.tables} for c in found.get_columns(name)}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.binding import Binding, BindingType
@@ -10,11 +10,11 @@ from textual.events import Event, Key, MouseDown, Paste
 from textual.filter import LineFilter, Monochrome
 
 from accept.tui import theme
-from accept.tui.background.busy_screen import Working
+from accept.tui.background.busy_screen import ONE_IMPORT, Working
 from accept.tui.background.key_queue import InOrder
 from accept.tui.palette import BenchCommands
 from accept.tui.screens.ask import Help
-from accept.tui.screens.start import Begin, Given, StartScreen, open_at_bench
+from accept.tui.screens.start import Begin, Given, StartScreen
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.shift import SigningShift
 from specs.errors import AcceptError
@@ -114,7 +114,7 @@ class BenchApp(InOrder):
 
     def show_start(self, problem: str = "") -> None:
         """Show the start screen, with what is proposed for the next unit. problem: why that is not open."""
-        self.push_screen(StartScreen(self.load, self.bench, self.given, problem), self._begun)
+        self.push_screen(StartScreen(self.load, open_at_bench, self.bench, self.given, problem), self._begun)
 
     def on_start_screen_bench_opened(self, event: StartScreen.BenchOpened) -> None:
         self.bench = event.bench
@@ -142,6 +142,8 @@ class BenchApp(InOrder):
         if finished and queue is not None and not await self.next_unit(queue):
             return
         self.queue = None
+        if self.session is not None:
+            self.given = replace(self.given, left=self.session.serial)
         self.close_unit()
         self.show_start()
 
@@ -216,7 +218,7 @@ class BenchApp(InOrder):
         if problems[session.spec.kind] or len(serial) < SHORTEST:
             return "No unit of that serial was begun here"
         self._leave_unit()
-        self.queue, self.given = None, Given(session.operator, serial, session.spec.kind)
+        self.queue, self.given = None, Given(session.operator, serial, session.spec.kind, left=session.serial)
         self.show_start()
         return ""
 
@@ -277,3 +279,12 @@ class BenchApp(InOrder):
             words = told() if callable(told) else "Enter goes on, Esc goes back."
             always = f"  {'F12':<12}Light or dark\n  {'^q':<12}Quit; the next start proposes this unit"
             self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}\n{always}"))
+
+
+def open_at_bench(bench: "Workbench", begun: Begun) -> "tuple[Workbench, Session, list[str]]":
+    """Open the unit with what the screens need of the physics; imported here, in a thread."""
+    with ONE_IMPORT:
+        import accept.tui.screens.steps  # noqa: F401
+    at_unit = bench.at_unit(begun)
+    session, problems = at_unit.open_unit(begun)
+    return at_unit, session, problems

@@ -106,6 +106,11 @@ class Workbench:
         """Return the entry of one serial, None for a new one. Raises StoreError."""
         return known_unit(self.store, serial, self.specs)
 
+    def described(self, serial: str) -> str | None:
+        """Return the kind whose spec alone says itself that its serials look like this one, None without one."""
+        kinds = [kind for kind, spec in self.specs.items() if is_described(serial, spec)]
+        return kinds[0] if len(kinds) == 1 else None
+
     def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun, or one by a spec's own pattern. Raises
         StoreError."""

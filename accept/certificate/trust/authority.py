@@ -3,12 +3,14 @@
 from datetime import datetime, timedelta
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from cryptography.x509.oid import NameOID
+
+from accept.judging.decisions import attribute
+from accept.judging.decisions import issued_by as issued_by  # of certificates, for all that are of trust
 
 ORGANISATION = "accept bench"
 TECHNICIAN, QA, BENCH = "technician", "qa", "bench"  # roles on certificates
@@ -70,15 +72,6 @@ def promises_list(ca: x509.Certificate) -> bool:
     return any(isinstance(extension.value, x509.CRLDistributionPoints) for extension in ca.extensions)
 
 
-def issued_by(certificate: x509.Certificate, ca: x509.Certificate) -> bool:
-    """Return whether an authority signed a certificate."""
-    try:
-        certificate.verify_directly_issued_by(ca)
-    except (ValueError, TypeError, InvalidSignature):
-        return False
-    return True
-
-
 def subject(person: str, role: str) -> x509.Name:
     """Return the name of a person in a role, as certificates state it."""
     return _name(person, role)
@@ -86,12 +79,12 @@ def subject(person: str, role: str) -> x509.Name:
 
 def person_of(certificate: x509.Certificate) -> str:
     """Return the name of the person on a certificate."""
-    return _attribute(certificate, NameOID.COMMON_NAME)
+    return attribute(certificate, NameOID.COMMON_NAME)
 
 
 def role_of(certificate: x509.Certificate) -> str:
     """Return the role on a certificate: its subject's organisational unit."""
-    return _attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
+    return attribute(certificate, NameOID.ORGANIZATIONAL_UNIT_NAME)
 
 
 def public_of(certificate: x509.Certificate) -> str | None:
@@ -103,11 +96,6 @@ def public_of(certificate: x509.Certificate) -> str | None:
 def fingerprint(certificate: x509.Certificate) -> str:
     """Return the SHA-256 of the certificate, in hexadecimal."""
     return certificate.fingerprint(hashes.SHA256()).hex()
-
-
-def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
-    found = certificate.subject.get_attributes_for_oid(oid)
-    return str(found[0].value) if len(found) == 1 else ""
 
 
 def _builder(

@@ -101,9 +101,14 @@ def issue(
     now = (when or datetime.now(UTC)).replace(microsecond=0)
     made = authority.leaf(role, person, public_key, keys.certificate_of(office / f"{CA}.pem"), ca_key, now)
     _write_list(home or office.parent, office, ca_key)
-    (office / ISSUED).mkdir(exist_ok=True)
-    write_atomic(office / ISSUED / f"{made.serial_number:x}.pem", made.public_bytes(Encoding.PEM))
+    _file(office, made)
     return made
+
+
+def _file(office: Path, certificate: x509.Certificate) -> None:
+    """Keep a certificate at the authority, which revokes by its number."""
+    (office / ISSUED).mkdir(exist_ok=True)
+    _put(office / ISSUED / f"{certificate.serial_number:x}.pem", certificate)
 
 
 def install(home: Path, certificate: x509.Certificate) -> Path:
@@ -133,6 +138,7 @@ def renew(home: Path, office: Path, who: str, passphrase: str, when: datetime | 
     if any(r.serial_number == old.serial_number for r in keys.revoked(home)):
         raise KeysError(f"the key of {authority.person_of(old)} was revoked; a revoked key is not renewed")
     new = issue(office, authority.role_of(old), authority.person_of(old), key, passphrase, when, home)
+    _file(office, old)  # it is valid still, and who revokes the key revokes both
     _put(path, new)
     return new
 

@@ -26,6 +26,7 @@ from accept.certificate.contents.content import canonical
 from accept.certificate.trust import authority, merkle
 from accept.certificate.trust.authority import BENCH, public_of
 from accept.certificate.trust.revocation import CLOCK_SLACK
+from accept.certificate.trust.revocation_record import stored_lists
 from accept.store import Event, Store, StoreHead
 from accept.store.payloads import KeysRevoked
 from accept.units.attempt_folder import attempt_number
@@ -141,13 +142,25 @@ def entries_of(events: Iterable[Event]) -> tuple[Entry, ...]:
     return tuple(found)
 
 
-def publish(store: Store, path: Path, bench: x509.Certificate, key: Ed25519PrivateKey) -> BenchList:
+def _is_signed(event: Event, ca: x509.Certificate) -> bool:
+    """Return whether a list of revoked keys has the number that its event states, if it is of this authority: a
+    number that it has not would make every newer list look old."""
+    told = KeysRevoked.of(event)
+    numbers = [listed.number for _, listed in stored_lists([event], ca)]
+    return told.authority != authority.fingerprint(ca) or numbers == [told.number]
+
+
+def publish(
+    store: Store, path: Path, bench: x509.Certificate, key: Ed25519PrivateKey, ca: x509.Certificate
+) -> BenchList:
     """Write what this bench's store holds into a list, beside the lists of other benches in the same file.
 
-    Raises ListError if the store does not continue what the bench published before, StoreError, OSError."""
+    ca: its authority. Raises ListError if the store does not continue what the bench published before, StoreError,
+    OSError."""
     others = read(path) if path.exists() else []
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    unsigned = BenchList(bench, entries_of(store.events()), store.head(), now)
+    events = (event for event in store.events() if event.what != REVOKED or _is_signed(event, ca))
+    unsigned = BenchList(bench, entries_of(events), store.head(), now)
     for earlier in others:
         if public_of(earlier.bench) == public_of(bench) and not unsigned.extends(earlier):
             raise ListError(f"{path}: this bench published {len(earlier.entries)} entries that its store does not hold")

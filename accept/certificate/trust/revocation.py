@@ -10,6 +10,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding
 
+from accept.judging.decisions import is_lost
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
@@ -108,7 +109,7 @@ def parsed(content: bytes, path: str, ca: x509.Certificate) -> RevocationList:
         signed = isinstance(key, ec.EllipticCurvePublicKey) and listed.is_signature_valid(key)
         if not signed:
             raise RevocationError(f"{path}: is not signed by the authority {ca.subject.rfc4514_string()}")
-        entries, dated = tuple(_entry(one) for one in listed), listed.last_update_utc
+        entries = tuple(Revoked(one.serial_number, one.revocation_date_utc, is_lost(one)) for one in listed)
         try:
             number = listed.extensions.get_extension_for_class(x509.CRLNumber).value.crl_number
         except x509.ExtensionNotFound:
@@ -117,7 +118,7 @@ def parsed(content: bytes, path: str, ca: x509.Certificate) -> RevocationList:
         if isinstance(e, RevocationError):
             raise
         raise RevocationError(f"{path}: is not a list of revoked keys ({e})") from e
-    return RevocationList(number, entries, dated, content.decode("ascii", "replace"))
+    return RevocationList(number, entries, listed.last_update_utc, content.decode("ascii", "replace"))
 
 
 def is_canonical(text: str) -> bool:
@@ -150,11 +151,3 @@ def made(
         builder = builder.add_revoked_certificate(one.add_extension(x509.CRLReason(reason), critical=False).build())
     builder = builder.add_extension(x509.CRLNumber(max(number, len(entries))), critical=False)
     return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
-
-
-def _entry(one: x509.RevokedCertificate) -> Revoked:
-    try:
-        reason = one.extensions.get_extension_for_class(x509.CRLReason).value.reason
-    except x509.ExtensionNotFound:
-        reason = x509.ReasonFlags.unspecified
-    return Revoked(one.serial_number, one.revocation_date_utc, reason is x509.ReasonFlags.key_compromise)

@@ -5,7 +5,7 @@ in the store, was removed or put back.
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from cryptography import x509
@@ -14,7 +14,7 @@ from sqlalchemy import URL
 from accept.base.home import home
 from accept.certificate.trust import authority
 from accept.certificate.trust.revocation import RevocationError, RevocationList, parsed, read_list
-from accept.store import DATABASE, Store, open_store
+from accept.store import DATABASE, Event, Store, open_store
 from accept.store.payloads import BenchStated, KeysRevoked
 
 REMEDY = (
@@ -33,13 +33,19 @@ def store_of(bench: Path) -> list[str]:
     return [] if os.environ.get("ACCEPT_STORE_URL") else [str(URL.create("sqlite", database=str(bench / DATABASE)))]
 
 
-def stored_lists(store: Store, ca: x509.Certificate) -> Iterator[RevocationList]:
-    """Yield the lists of an authority that the store has, in order. Raises StoreError."""
-    for event in store.events("", KeysRevoked.KIND):
-        try:
-            yield parsed(KeysRevoked.of(event).crl.encode(), event.name, ca)
-        except RevocationError:
-            continue  # of another authority
+def stored_lists(events: Iterable[Event], ca: x509.Certificate) -> Iterator[tuple[Event, RevocationList]]:
+    """Yield the lists that an authority signed among events of a store, in order. Raises StoreError."""
+    for event in events:
+        if event.what == KeysRevoked.KIND:
+            try:
+                yield event, parsed(KeysRevoked.of(event).crl.encode(), event.name, ca)
+            except RevocationError:
+                continue  # of another authority, or not signed
+
+
+def _newest(store: Store, ca: x509.Certificate) -> RevocationList | None:
+    lists = (listed for _, listed in stored_lists(store.events("", KeysRevoked.KIND), ca))
+    return max(lists, key=lambda one: one.number, default=None)
 
 
 def newest_stored(bench: Path, ca: x509.Certificate) -> tuple[RevocationList | None, bool]:
@@ -48,14 +54,14 @@ def newest_stored(bench: Path, ca: x509.Certificate) -> tuple[RevocationList | N
     if not store_is_there(bench):
         return None, False
     with open_store(*store_of(bench), check=False, make=False, bench=bench) as store:
-        newest = max(stored_lists(store, ca), key=lambda one: one.number, default=None)
+        newest = _newest(store, ca)
         stated = any(BenchStated.of(event).crl for event in store.events("", BenchStated.KIND))
     return newest, stated or newest is not None
 
 
 def record(store: Store, ca: x509.Certificate, listed: RevocationList, who: str, reason: str = "") -> None:
     """Store a list in full, unless it is the newest that the store has. Raises StoreError."""
-    newest = max(stored_lists(store, ca), key=lambda one: one.number, default=None)
+    newest = _newest(store, ca)
     if listed.entries and (newest is None or newest.lacks(listed)):
         store.write(KeysRevoked(authority.fingerprint(ca), listed.number, listed.text, reason), who=who)
 

@@ -16,6 +16,7 @@ from accept.base.home import home
 from accept.base.names import same_person
 from accept.base.spelling import difference
 from accept.base.version import code_sha256
+from accept.capture.reference_check import history
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.outcome import InvalidCertificate, Step
@@ -23,7 +24,7 @@ from accept.certificate.contents.provenance import History, differences
 from accept.certificate.trust import keys
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation import CLOCK_SLACK
-from accept.certificate.trust.revocation_record import store_is_there
+from accept.certificate.trust.revocation_record import store_is_there, stored_lists
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -52,13 +53,23 @@ from accept.units.attempt_folder import attempt_number
 from checks.verdict import UnitVerdict, Verdict
 from specs.spec import parse
 
+_Signatures = Sequence[tuple[Signed, Event]]  # with the event that tells of each, or of one before it
+_Authorities = Sequence[x509.Certificate]
+_ELSEWHERE = Step("it was made at another bench, whose store is not this one")
 
-def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
+
+def check_store(
+    pdf: bytes,
+    contents: CertificateContent,
+    signatures: Sequence[Signed],
+    again: UnitRecord | None,
+    roots: _Authorities,
+) -> list[Step]:
     """Compare a certificate with the bench's store.
 
-    signed: the bytes up to the technician's signature, it included; by: that signature. again: the unit as it was
-    judged again from the attached records, None if it was not. A step is not complete if the store cannot be asked or
-    does not hold, and if this bench made the certificate and its store is gone."""
+    again: the unit as it was judged again from the attached records, None if it was not; roots: trusted authorities. A
+    step is not complete if the store cannot be asked or does not hold, and if this bench made the certificate and its
+    store is gone."""
     stated = contents.stated.head_bench
     certified = keys.certified_bench(home())
     problem = keys.bench_problem(home())
@@ -73,12 +84,18 @@ def check_store(signed: bytes, contents: CertificateContent, by: Signed, again: 
     try:
         with open_store() as store:
             events = list(counted(store, store.events(contents.serial)))
-            digest = hashlib.sha256(signed).hexdigest()
-            signature = next(
-                (e for e in events if e.what == CertificateSigned.KIND and e.data["sha256"] == digest), None
-            )
-            held = _held(store, contents, signature)
-            history = _history(store, events, signature, contents, by) if signature else _later_than(events, by.when)
+            stored = {e.data["sha256"]: e for e in reversed(events) if e.what == CertificateSigned.KIND}
+            told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
+            held, signature = _held(store, contents, told[0]), told[0]
+            if signature is None:
+                history = _later_than(events, signatures[0].when)
+            else:
+                by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
+                history = _history(store, events, contents, by, roots)
+            if held is _ELSEWHERE:  # what was told to this store weakens, and proves nothing
+                history = [
+                    replace(step, looked_up=(), current=None if step.current else step.current) for step in history
+                ]
             compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *compared, _sound(store, contents, signature)]
@@ -96,7 +113,7 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
             if own is None or head.bench != own.bench:
-                return Step("it was made at another bench, whose store is not this one")
+                return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
                 return Step(f"{words} (accept store check --head)", complete=False)
@@ -109,8 +126,9 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
 
 
 def _history(
-    store: Store, events: Sequence[Event], signature: Event, contents: CertificateContent, by: Signed
+    store: Store, events: Sequence[Event], contents: CertificateContent, by: _Signatures, roots: _Authorities
 ) -> list[Step]:
+    signature = by[0][1]
     result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == UnitJudged.KIND and e.seq < signature.seq and named in (None, e.seq)]
@@ -134,8 +152,9 @@ def _history(
         found = [differences(contents.stated, each) for each in _at_bench(store, known, own, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
     choices = [each.disposition.choice for seq, each in signed.items() if each.disposition and seq < own.seq]
-    last = CHOICES.get(choices[-1], "") if choices and choices[-1] not in RELEASING else ""
-    said = f"quality assurance decided before it was judged: {last}" if last else ""
+    decided = ", ".join(dict.fromkeys(CHOICES.get(each, each) for each in choices))  # a later one is anybody's event
+    scrapped = not {*choices} <= {*RELEASING}
+    said = f"quality assurance decided before it was judged: {decided}" if scrapped else ""
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
@@ -144,14 +163,14 @@ def _history(
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
-        *(Step(words, complete=False) for words in _made_up(store, contents, own, signature, by)),
+        *(Step(words, complete=False) for words in _made_up(store, contents, own)),
+        *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
     ]
 
 
-def _made_up(store: Store, contents: CertificateContent, own: Event, signature: Event, by: Signed) -> Iterator[str]:
+def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[str]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
-    units, comparisons with a reference, a clock that was set back to before a calibration ran out, and that the key was
-    revoked before it signed, at whatever time."""
+    units, a simulated attempt, comparisons with a reference."""
     serial, entry = contents.serial, contents.record
     if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
         yield f"nobody told its serial apart: {difference(serial, others[0])}"
@@ -159,25 +178,44 @@ def _made_up(store: Store, contents: CertificateContent, own: Event, signature: 
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
     except BenchStopped as e:
         yield f"its bench was stopped when it judged it: {e}"
-    checks = map(InstrumentChecked.of, store.events(what=InstrumentChecked.KIND))
-    known = {(one.instrument, one.serial, one.time[:10], one.E_n) for one in checks}
-    rows = (entry.calibration or {}).get("instruments", ())
-    for row in rows:
-        if (last := row.get("reference")) and (row["name"], row["serial"], last["day"], last["E_n"]) not in known:
-            yield f"the bench's store has no comparison of {row['name']} with its reference on {last['day']}"
-    for event, when in ((own, datetime.fromisoformat(own.time)), (signature, by.when)) if rows else ():
+    begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
+    folder = attempt_number(PurePath(str(own.data["path"])).name)
+    if not entry.simulated and folder in {each.number for each in begun if each.simulated}:
+        yield "the bench's store has its attempt as one that no instrument measures"
+    compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
+    for row in (entry.calibration or {}).get("instruments", ()):
+        if (last := row.get("reference")) is None:
+            continue
+        known = [c for c in history(compared, row["name"], row["serial"]) if c.time[:10] <= row["measured"]]
+        places = [n for n, c in enumerate(known) if (c.time[:10], c.E_n) == (last["day"], last["E_n"])]
+        if not places or not all(c.passed for c in known[places[-1] + 1 :]):
+            what = "a later comparison, not passed," if places else "no comparison"
+            yield f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
+
+
+def _too_late(
+    store: Store, contents: CertificateContent, own: Event, by: _Signatures, roots: _Authorities
+) -> Iterator[str]:
+    """Yield what the order of the events shows, whatever the clock said: a calibration or a key had run out when the
+    unit was judged or signed, or a key was revoked."""
+    rows = (contents.record.calibration or {}).get("instruments", ())
+    lists = [each for ca in roots for each in stored_lists(store.events("", KeysRevoked.KIND), ca)]
+    signed = [(event, signer.when, signer) for signer, event in by]
+    for event, when, signer in ((own, datetime.fromisoformat(own.time), None), *signed):
         latest = store.latest_time(event.seq)
-        ended = [row["name"] for row in rows if row["due"] and row["due"] < latest[:10]]
+        ended = [f"the calibration of {row['name']}" for row in rows if row["due"] and row["due"] < latest[:10]]
+        if signer is not None and signer.certificate.not_valid_after_utc.isoformat() < latest:
+            ended.append(f"the key of {signer.person}")
         if ended and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
             dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
-            yield f"the clock was set back: {dated}, when the calibration of {ended[0]} had run out"
-    for event in store.events("", KeysRevoked.KIND):
-        listed = x509.load_pem_x509_crl(KeysRevoked.of(event).crl.encode())
-        entry_of_key = listed.get_revoked_certificate_by_serial_number(by.certificate.serial_number)
-        since = entry_of_key.revocation_date_utc.isoformat() if entry_of_key else None
-        if since and event.seq < signature.seq and since <= max(event.time, store.latest_time(signature.seq)):
-            yield f"the key of {by.person} was revoked in this bench's store, event {event.seq}, before it signed"
-            return  # later lists have it too
+            yield f"the clock was set back: {dated}, when {ended[0]} had run out"
+        number = signer and signer.certificate.serial_number
+        for revoked, entry in ((e, entry) for e, listed in lists for entry in listed.entries):
+            known = revoked.seq < event.seq and entry.since.isoformat() <= max(revoked.time, latest)
+            if signer is not None and entry.serial_number == number and known:
+                where = f"was revoked in this bench's store, event {revoked.seq}, before it signed"
+                yield f"the key of {signer.person} {where}"
+                break  # later lists have it too
 
 
 def _known(events: Sequence[Event], own: Event, signature: CertificateSigned, contents: CertificateContent) -> History:

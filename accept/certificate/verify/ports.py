@@ -32,8 +32,11 @@ ReadUnit = Callable[[bytes], AttachedUnit]
 """Reads the text of a `unit.toml`. Raises ValueError."""
 Rejudge = Callable[[CertificateContent], UnitRecord]
 """Judges the attached unit by the attached spec."""
-Known = Callable[[bytes, CertificateContent, Signed, UnitRecord | None], Sequence[Step]]
-"""Asks a store or a list about what the technician signed, its content, that signature, and the unit judged again."""
+Known = Callable[
+    [bytes, CertificateContent, Sequence[Signed], UnitRecord | None, Sequence[x509.Certificate]], Sequence[Step]
+]
+"""Asks a store or a list about a document, its content, its signatures, the unit judged again, and by which
+authorities."""
 
 
 @dataclass(frozen=True)

@@ -126,10 +126,17 @@ def at_bench(listed: ListsBeside, published: Sequence[BenchList] | None = None) 
     """Return a function that looks a certificate up in the bench's store, in the lists of revoked keys, and in the
     lists that benches published if any are given."""
 
-    def ask(signed: bytes, contents: CertificateContent, by: Signed, again: UnitRecord | None) -> list[Step]:
-        steps = [*check_store(signed, contents, by, again), *listed.steps(contents, published or ())]
+    def ask(
+        pdf: bytes,
+        contents: CertificateContent,
+        signatures: Sequence[Signed],
+        again: UnitRecord | None,
+        roots: Sequence[x509.Certificate],
+    ) -> list[Step]:
+        steps = [*check_store(pdf, contents, signatures, again, roots), *listed.steps(contents, published or ())]
         if published is not None:
-            steps += check_list(signed, contents, by.when, published, listed.entries)
+            signed = pdf[: signatures[0].place[2]]
+            steps += check_list(signed, contents, signatures[0].when, published, listed.entries)
         return steps
 
     return ask

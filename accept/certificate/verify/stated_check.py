@@ -22,6 +22,7 @@ from accept.certificate.contents.outcome import InvalidCertificate, Step
 from accept.certificate.contents.provenance import AT_THE_BENCH, PROVENANCE, Provenance, needs_reason
 from accept.certificate.trust import authority
 from accept.certificate.trust.authority import BENCH, public_of
+from accept.certificate.trust.commissioned import is_proven
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify.ports import Ports
 from accept.certificate.verify.signatures import Signed
@@ -213,7 +214,8 @@ def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
 def check_bench(
     contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked], when: datetime
 ) -> list[Step]:
-    """Check that a bench of a trusted authority signed head and provenance. when: time of the technician's signature.
+    """Check that a bench of a trusted authority signed head and provenance, and that technicians signed what is said of
+    the commissioning of its instruments. when: time of the technician's signature.
 
     Steps are not complete for an unknown bench, whose store cannot be asked, and for a bench whose key was lost. Raises
     InvalidCertificate if a signature or a certificate does not hold."""
@@ -231,6 +233,10 @@ def check_bench(
         raise InvalidCertificate("its bench signed what is stated beside the result for another result or spec")
     signed = "signed the result and" if given.result else "did not sign the result, only"
     steps = [Step(f"made at {name}, which {signed} what is stated beside it")]
+    rows = (contents.result.get("calibration") or {}).get("instruments", ())
+    for unsigned in dict.fromkeys(row["name"] for row in rows if not is_proven(row, roots)):
+        words = f"what is said of the commissioning of {unsigned} is not signed by a technician, or not of this program"
+        steps.append(Step(words, complete=False))
     for entry in revoked:
         if entry.serial_number == certificate.serial_number and (entry.compromised or when >= entry.since):
             words = f"the key of its bench, {name}, was revoked on {entry.since:%Y-%m-%d}"

@@ -161,8 +161,7 @@ def _compared(
         spec := guarded("the spec", check_spec, *against),
     ]
     if known is not None:
-        signed = given.pdf[: signatures[0].place[2]]
-        steps += guarded("the store", known, signed, contents, signatures[0], again)
+        steps += guarded("the store", known, given.pdf, contents, signatures, again, given.roots)
     if given.simulated:
         steps.append(Step(_SIMULATED, complete=given.demo or training))
     if not given.demo:

@@ -56,6 +56,8 @@ def commission(
     record = {
         "instrument": name,
         "subject": commissioning.subject(entry),
+        "model": entry.model,
+        "serial": entry.serial,
         "on": datetime.now(UTC).date().isoformat(),
         "operator": operator_name(operator),
         "passed": passed,

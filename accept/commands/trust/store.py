@@ -114,7 +114,7 @@ def publish_list(
     if bench is None:
         raise keys.KeysError("this bench has no certificate of the authority: accept keys request --role bench")
     with open_store() as store:
-        new = publish(store, file, bench, own_key(home() / BENCH_KEY))
+        new = publish(store, file, bench, own_key(home() / BENCH_KEY), ca)
     return Answer(f"{new.name}: {len(new.entries)} entries up to event {new.head.seq} in {file}")
 
 

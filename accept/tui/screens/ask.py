@@ -163,7 +163,8 @@ class Help(ModalScreen[bool]):
     """What a screen is for, and all its keys. Dismisses True if its further key was pressed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,f1,enter", "leave", "Back"),
+        Binding("escape,enter", "leave", "Back"),
+        Binding("f1", "leave", show=False),
         Binding("f4", "leave(True)", show=False),
     ]
 

@@ -86,14 +86,14 @@ class Summary(Scanning):
             yield Banner()
             yield Static("Evaluating …", id="verdict", markup=False)
         with Horizontal(id="whole"):
-            with Vertical(id="left"):
+            with Vertical(id="judged"):
                 with Vertical(id="found", classes="card"):
                     yield DataTable(id="findings", cursor_type="row", cell_padding=0)
                     with VerticalScroll(id="why", can_focus=False):
                         yield Static("", id="detail", markup=False)
                 with VerticalScroll(id="noted", classes="card", can_focus=False):
                     yield Static("", id="typed", markup=False)
-            with Vertical(id="right"):
+            with Vertical(id="signed"):
                 with Vertical(id="sign", classes="card"):
                     yield Static("", id="who", markup=False)
                 with Vertical(id="paper", classes="card"):

@@ -6,6 +6,7 @@ from textual.containers import Vertical
 from textual.content import Content
 from textual.geometry import Region
 from textual.widget import Widget
+from textual.widgets import Static
 
 # Styles of text that is drawn, as those of the theme: a title is styled by the library.
 _OF_THEME = {"green": "$success", "red": "$error", "yellow": "$warning", "cyan": "$primary", "magenta": "$secondary"}
@@ -29,3 +30,9 @@ class Card(Vertical):
     def __init__(self, *parts: Widget, title: str, id: str) -> None:
         super().__init__(*parts, id=id, classes="card")
         self.border_title = title
+
+
+def put(shown: Static, content: Text | str) -> None:
+    """Show a text, if it is another: what is updated is laid out and sent anew."""
+    if shown.content != content:
+        shown.update(content)

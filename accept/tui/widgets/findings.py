@@ -169,7 +169,7 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], widt
         usual = median(values) if values else None
         above = spread_above(values, None, limit.lower, limit.upper, width)
         drawn = limit_bar(None, None, limit.lower, limit.upper, width, usual)
-        text.append(f"{label_of(name)}  ", "bold").append(f"{limits(limit.lower, limit.upper)}", "")
+        text.append(f"{label_of(name)}  {limits(limit.lower, limit.upper)}")
         text.append(f"{after_number(limit.unit)}{usual_words(usual)}\n")
         text.append(f"  {above}\n" if values else "", "dim")
         text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
@@ -179,6 +179,6 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], widt
         text.append("Given as\n", "bold")
     for form in () if step.derived else step.check.forms:
         inputs = ", ".join(declared.label for declared in form.inputs)
-        text.append(f"  {form.name}: ").append(f"{pretty(inputs)}\n", "dim")
+        text.append(f"  {form.name}: {pretty(inputs)}\n", "dim")
     text.rstrip()
     return text

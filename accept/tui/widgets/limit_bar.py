@@ -45,8 +45,8 @@ def limit_bar(
 
 
 def coloured(bar: str, colour: str) -> Text:
-    """Return a drawn bar in which zone and value have a colour, the limits none, and all beyond them is dim."""
-    styles = {OUTSIDE: "dim", LIMIT: "bold", USUAL: "bold"}
+    """Return a drawn bar in which the zone with its limits and the value has a colour, and all beyond it is dim."""
+    styles = {OUTSIDE: "dim", USUAL: "bold"}
     runs = groupby(bar, key=lambda cell: styles.get(cell, colour))
     return Text.assemble(*(("".join(cells), style) for style, cells in runs))
 

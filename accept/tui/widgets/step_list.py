@@ -171,7 +171,7 @@ def setup(step: WorkflowStep) -> Text:
     text = Text()
     for label, words in (("Instrument", step.asked.instrument or ""), ("Drive", step.guide.drive)):
         if words:
-            text.append(f"{label}  ", "bold").append(f"{pretty(words)}\n", "")
+            text.append(f"{label}: {pretty(words)}\n", "dim")
     text.rstrip()
     return text
 

@@ -1,11 +1,14 @@
-"""What the first screen and the list of units ask of the bench. All but `kinds` may block."""
+"""What the first screen asks of the bench. All but the properties may block."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookUp
 from accept.workflow.dialogue.start import Proposed
-from accept.workflow.steps.unit_list import KnownUnit, Queue, queues
+from accept.workflow.steps.overview import Overview, week_of
+from accept.workflow.steps.unit_list import KnownUnit, queues
 
 
 @dataclass(frozen=True)
@@ -16,7 +19,17 @@ class BeginService:
 
     @property
     def kinds(self) -> BenchKinds:
-        return BenchKinds(tuple(self.bench.specs), self.bench.problem)
+        return BenchKinds(tuple(self.bench.specs), self.bench.problem, self.bench.described)
+
+    @property
+    def bench_name(self) -> str:
+        """Return the name in the bench file, "" without one."""
+        return "" if self.bench.stated is None else self.bench.stated.name
+
+    @property
+    def answering(self) -> Mapping[str, bool | None]:
+        """Return the instruments, each with what is known of whether it answers."""
+        return self.bench.instruments.answering
 
     def proposed(self, operator: str) -> Proposed:
         """Return what a bench proposes that was just opened. operator: "" for who worked there last."""
@@ -30,10 +43,10 @@ class BeginService:
         bench, operator = self.bench, asked.operator
         return bench.known_one(asked.serial), bench.services.key_problem(bench.home, operator) if operator else ""
 
-    def listed(self) -> tuple[list[KnownUnit], list[Queue]]:
-        """Return the units and what they wait for."""
+    def overview(self) -> Overview:
+        """Return the units, what they wait for and what they come to."""
         units = self.bench.known()
-        return units, queues(units, self.bench.specs)
+        return Overview(units, queues(units, self.bench.specs), week_of(units, datetime.now().astimezone()))
 
     def doubt(self, begun: Begun) -> str | None:
         """Return why a serial is asked about before its unit is begun, None without a doubt."""

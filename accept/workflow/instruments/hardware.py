@@ -26,13 +26,14 @@ MOST_TRAFFIC = 400  # entries beside one reading: some ten looks; what was only 
 @dataclass(frozen=True)
 class BenchInstrument:
     """A driver, and what must be set up in front of it if the bench is simulated. key: its name in the bench file;
-    mutex: one question at a time goes over its line."""
+    mutex: one question at a time goes over its line; answered: whether each did when it was asked last, by key."""
 
     key: str
     driver: Driver
     entry: InstrumentEntry
     set_up: Callable[[], None] = lambda: None
     mutex: threading.Lock = field(default_factory=threading.Lock)
+    answered: dict[str, bool] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -50,7 +51,9 @@ class BenchInstrument:
         """Return one reading in SI. Raises InstrumentError."""
         with self.mutex:
             self.set_up()
+            self.answered[self.key] = False  # until it has
             reading = self.driver.read()
+            self.answered[self.key] = True
         return reading.value, reading.unit
 
     def evidence(self, most: int = MOST_TRAFFIC) -> Mapping[str, Any]:
@@ -121,6 +124,11 @@ class BenchInstruments(Instruments):
 
     def _measuring(self, check: str) -> BenchInstrument | None:
         return next((each for each in self._instruments if check in each.entry.measures), None)
+
+    @property
+    def answering(self) -> Mapping[str, bool | None]:
+        asked = {each.key: each.answered.get(each.key) for each in self._instruments}
+        return {**asked, **dict.fromkeys(self._recorders)}
 
     def close(self) -> None:
         for instrument in self._instruments:

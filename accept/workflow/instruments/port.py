@@ -56,6 +56,12 @@ class Instruments:
         """Return the `BenchInstrument` that measures a check as a whole, None without one."""
         return None
 
+    @property
+    def answering(self) -> Mapping[str, bool | None]:
+        """Return whether each instrument answered when it was asked last, None for one that was not asked yet. Asks
+        nothing."""
+        return {}
+
     def close(self) -> None:
         """Release the instruments."""
 

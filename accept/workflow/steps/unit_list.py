@@ -2,27 +2,29 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
 from accept.store import Store
-from accept.store.payloads import AttemptStarted, RecordLinked, ValueTaken
+from accept.store.payloads import AttemptStarted, RecordLinked, UnitJudged, ValueTaken
 from accept.workflow.state.unit_state import Attempt, fold_run
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
-from accept.workflow.steps.section import value_words
-from accept.workflow.steps.status import open_steps, state_of
-from checks.verdict import UnitVerdict
+from accept.workflow.steps.section import ready, value_words
+from accept.workflow.steps.status import UNFINISHED, Status, judgement_of, of_findings, open_steps, state_of, status_of
+from checks.verdict import Finding, UnitVerdict
 from specs.spec import Spec
 
-ALL, SIGN, RIG = "all", "sign", "rig"  # queues beside those of single steps
+ALL, SIGN, HELD, RIG = "all", "sign", "held", "rig"  # queues beside those of single steps
+IN_HAND = "◉", "cyan"  # mark and style of the step at which a unit stands, once something was measured
 LISTED = 200  # units begun last: a serial that is older is found by typing it
 
 
 @dataclass(frozen=True)
 class KnownUnit:
     """A serial, its last attempt, and how far that has come. steps: how many there are, 0 without a spec of its kind;
-    waiting: those that are not complete."""
+    waiting: those that are not complete; marks: mark, style and title of each step; at: title of the step at which it
+    stands; findings: as they were judged last; note: the last one; held_by: the nonconformance; entered, measured,
+    judged: times of the last entry, of the first one and of the verdict that holds."""
 
     serial: str
     kind: str
@@ -39,15 +41,15 @@ class KnownUnit:
     waiting: tuple[str, ...] = ()
     last_by: str = ""
     last_at: str = ""  # UTC, ISO 8601
-
-    @property
-    def handed_over(self) -> str:
-        """Return who began it and when, the last entry, and how many notes there are."""
-        when = datetime.fromisoformat(self.begun).astimezone() if self.begun else None
-        words = [f"begun by {self.begun_by}{when:, %a %d %b %H:%M}" if when else ""]
-        words.append(f"last entry {self.last}" if self.last else "")
-        words.append(f"{self.notes} note{'s' if self.notes > 1 else ''}" if self.notes else "")
-        return "; ".join(filter(None, words))
+    marks: tuple[tuple[str, str, str], ...] = ()
+    at: str = ""
+    findings: tuple[Finding, ...] = ()
+    note: str = ""
+    held_by: str = ""
+    entered_by: str = ""
+    entered: str = ""
+    measured: str = ""
+    judged: str = ""
 
     @property
     def words(self) -> str:
@@ -74,18 +76,35 @@ class KnownUnit:
         if self.to_sign:
             return f"{verdict or 'complete'}, to sign"
         done = f"{self.steps - len(self.waiting)} of {self.steps} steps" if self.steps else f"{self.taken} steps begun"
-        return f"held, {done}" if self.held else done
+        if self.held:
+            return f"held, {done}"
+        return f"in {self.at}" if self.at and self.is_begun else done if self.is_begun else "new"
+
+    @property
+    def is_begun(self) -> bool:
+        """Return whether anything was done at it in this attempt."""
+        return bool(self.taken or self.notes)
+
+    @property
+    def waits_for_qa(self) -> bool:
+        """Return whether a nonconformance holds it about which quality assurance has not decided."""
+        return self.held and self.signed <= 1
 
 
 @dataclass(frozen=True)
 class Queue:
-    """Units that wait for one thing, those begun first on top. name: a step, `sign`, `rig` or `all`; kind: of its
-    units, "" for every kind."""
+    """Units that wait for one thing, those begun first on top. name: a step, `sign`, `held`, `rig` or `all`; kind: of
+    its units, "" for every kind."""
 
     name: str
     kind: str
     title: str
     units: tuple[KnownUnit, ...]
+
+    @property
+    def to_sign(self) -> bool:
+        """Return whether its units wait for the technician's signature."""
+        return self.name == SIGN
 
     def after(self, serial: str, begun: Sequence[str]) -> KnownUnit | None:
         """Return the unit that comes next behind another one, which need not wait any more, or from the top again; None
@@ -99,7 +118,7 @@ class Queue:
     @property
     def nothing_waits(self) -> str:
         """Return why no other unit is opened."""
-        if self.name in (ALL, SIGN, RIG):
+        if self.name in (ALL, SIGN, HELD, RIG):
             return f"No other unit waits: {self.title}"
         return f"No other unit waits for {self.title}: all the others have it"
 
@@ -112,16 +131,17 @@ class Queue:
         """Return the step at which a unit of the queue is opened, "" for its summary. waiting: its open steps."""
         if self.name == RIG:
             return next((step.name for step in waiting if needs_rig(step)), "")
-        return "" if self.name in (ALL, SIGN) else self.name
+        return "" if self.name in (ALL, SIGN, HELD) else self.name
 
 
 def queues(units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> list[Queue]:
-    """Return what the units wait for: all of them as they were given, then what is to be signed, what needs the rig,
-    and each step, by kind. A queue without units is left out. units: the newest first."""
+    """Return what the units wait for: all of them as they were given, then what is to be signed, what is held, what
+    needs the rig, and each step, by kind. A queue without units is left out. units: the newest first."""
     oldest = units[::-1]
     found = [
         Queue(ALL, "", "All units", tuple(units)),
         Queue(SIGN, "", "To sign", tuple(unit for unit in oldest if unit.to_sign)),
+        Queue(HELD, "", "Held for QA", tuple(unit for unit in oldest if unit.waits_for_qa)),
         Queue(RIG, "", "For the rig", tuple(unit for unit in oldest if rig_steps(unit, specs))),
     ]
     kinds = [kind for kind in specs if any(unit.kind == kind for unit in units)]
@@ -154,9 +174,18 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
         return None
     begun = [event for event in events if event.what == AttemptStarted.KIND][-1]
     states = attempt.steps.values()
-    last = max((entry for state in states for entry in state.entries), key=lambda entry: entry.seq, default=None)
-    notes = [note for state in states for note in state.notes]
+    entries = sorted((entry for state in states for entry in state.entries), key=lambda entry: entry.seq)
+    notes = sorted((note for state in states for note in state.notes), key=lambda note: note.seq)
+    held: Sequence[str] = [note.text for note in notes if note.nonconformance]
+    if attempt.judged is not None:  # it knows those of earlier attempts too
+        stated = attempt.judged.result.nonconformances
+        held = (held or stated) if stated else ()
     spec = specs.get(attempt.kind)
+    steps = () if spec is None else steps_of(spec)
+    waiting = () if spec is None else _waiting(attempt, spec)
+    found = {} if spec is None else _findings(attempt, spec)
+    times = {event.seq: event.time for event in events}
+    verdicts = [event.time for event in events if event.what == UnitJudged.KIND]
     return KnownUnit(
         serial,
         attempt.kind,
@@ -166,13 +195,22 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
         sum(1 for state in states if state.entries),
         begun.who,
         begun.time,
-        "" if last is None else _entry_words(last),
+        _entry_words(entries[-1]) if entries else "",
         len(notes),
-        bool(attempt.judged.result.nonconformances) if attempt.judged else any(note.nonconformance for note in notes),
-        0 if spec is None else len(steps_of(spec)),
-        () if spec is None else _waiting(attempt, spec),
+        bool(held),
+        len(steps),
+        waiting,
         events[-1].who,
         events[-1].time,
+        tuple((*_mark(attempt, step, waiting, found[step.name]), step.short) for step in steps),
+        next((step.short for step in steps if step.name in waiting), ""),
+        tuple(finding for findings in found.values() for finding in findings),
+        notes[-1].text if notes else "",
+        held[0] if held else "",
+        entries[-1].who if entries else "",
+        times[entries[-1].seq] if entries else "",
+        times[entries[0].seq] if entries else "",
+        verdicts[-1] if verdicts and attempt.judged is not None else "",
     )
 
 
@@ -180,6 +218,31 @@ def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
     steps = steps_of(spec)
     states = {step.name: state_of(attempt, step) for step in steps}
     return tuple(step.name for step in open_steps(steps, states, f"{spec.name}@{spec.sha256}", code_sha256()))
+
+
+def _findings(attempt: Attempt, spec: Spec) -> dict[str, tuple[Finding, ...]]:
+    """Return step -> its findings: those of the unit's verdict where it has one, else of the step's own judgement if
+    that still holds."""
+    if attempt.judged is not None:
+        whole = attempt.judged.result.findings
+        return {step: tuple(finding for finding in whole if finding.check == step) for step in spec.checks}
+    found = {}
+    for step in steps_of(spec):
+        own = judgement_of(state_of(attempt, step), f"{spec.name}@{spec.sha256}", code_sha256())
+        found[step.name] = () if own is None else own.findings
+    return found
+
+
+def _mark(
+    attempt: Attempt, step: WorkflowStep, waiting: tuple[str, ...], found: tuple[Finding, ...]
+) -> tuple[str, str]:
+    """Return mark and style of a step, as the list of steps has them, or that the unit stands there."""
+    state = state_of(attempt, step)
+    status = of_findings(found) if found and ready(step, state) else status_of(step, state, None)
+    if any(note.nonconformance for note in state.notes) and status in (*UNFINISHED, Status.PASS):
+        status = Status.HELD
+    stands = attempt.undoable and (step.name,) == waiting[:1] and status is Status.NOT_DONE
+    return IN_HAND if stands else (status.mark, status.style)
 
 
 def _entry_words(entry: ValueTaken | RecordLinked) -> str:

@@ -106,7 +106,7 @@ async def test_the_workflow_asks_at_the_scan_and_once(known: Path, monkeypatch: 
     for again in (False, True):
         async with running() as pilot:
             screen = pilot.app.screen
-            for name, value in (("operator", "Ben"), ("serial", "APA-1O"), ("kind", "apa")):
+            for name, value in (("operator", "Ben"), ("serial", "APA-1O")):
                 screen.query_one(f"#{name}").value = value
             await pilot.pause()
             await press(pilot, "enter")
@@ -127,7 +127,7 @@ async def test_the_workflow_asks_at_the_scan_and_once(known: Path, monkeypatch: 
 
 async def test_a_tray_asks_about_the_scan(known: Path) -> None:
     async with running() as pilot:
-        await press(pilot, "f2", "f6")
+        await press(pilot, "f6")
         await type_line(pilot, "APA-1O")
         assert "letter O" in words(pilot, ".words")
         await type_line(pilot, "APA-10")

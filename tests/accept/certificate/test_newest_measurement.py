@@ -14,7 +14,7 @@ from accept.certificate import read_contents, rejudge
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
 from accept.store import open_store
-from accept.store.payloads import UnitJudged
+from accept.store.payloads import AttemptStarted, StepNoted, UnitJudged
 from hw.records import csv_bytes
 from tests.accept.certificate.verify.verify_help import verify
 from tests.accept.units.units import DRIVE, GOOD, LOOPS, make_unit
@@ -180,6 +180,24 @@ def test_only_quality_assurance_lets_it_be_used(tmp_path: Path, disposition: str
     done = accept("store", "dispose", "A-1", "--disposition", disposition, "--because", "the probe had slipped")
     assert done.exit_code == 0, done.output
     assert judged(monday, "apa-basic") == then
+
+
+def test_what_is_to_be_measured_again_is_not_released_by_its_own_recording(tmp_path: Path) -> None:
+    """Not in another attempt of the workflow either, which anybody can begin, nor because another value is typed."""
+    spec = tmp_path / "loops.toml"
+    spec.write_text(LOOPS)
+    with open_store() as store:
+        store.write(StepNoted("hysteresis", "a wire was loose", nonconformance=True), "A-1", who="Ann")
+    assert judged(recorded(tmp_path / "A-1", 1), spec) == "conditional"
+    asked = ("store", "dispose", "A-1", "--disposition", "measure-again", "--because", "it was loose")
+    done = accept(*asked)
+    assert done.exit_code == 0, done.output
+    with open_store() as store:
+        store.write(AttemptStarted(1, "apa", {}, "measured again"), "A-1", who="Ann")
+    assert judged(recorded(tmp_path / "A-1", 1, 4.97), spec) == "conditional"
+    done = accept(*asked)  # it holds the unit still, so it can be decided about
+    assert done.exit_code == 0, done.output
+    assert judged(recorded(tmp_path / "again" / "A-1", 2), spec) == "accepted"
 
 
 def test_a_void_rejection_supersedes_nothing(tmp_path: Path) -> None:

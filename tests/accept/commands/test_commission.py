@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.certificate.trust import commissioning, keys
+from accept.certificate.trust.commissioned import is_proven
 from accept.cli.main import app
 from accept.commands.bench import commission as command
 from accept.judging import calibration
@@ -76,7 +77,9 @@ def peer(monkeypatch: pytest.MonkeyPatch) -> Lcr800Peer:
 
 
 def said_of(path: Path) -> str:
-    return commissioning.commissioned(load_bench(path), home())["lcr"]
+    row = commissioning.commissioned(load_bench(path), home())["lcr"] | {"model": "LCR-819", "serial": "E1"}
+    assert is_proven(row, [keys.ca(home())])
+    return row["commissioned"]
 
 
 def test_from_unproven_to_commissioned_on_the_certificate(bench, peer):

@@ -74,7 +74,7 @@ async def tray(out: Path) -> None:
         await fill_basic(pilot)
         await press(pilot, "f9")
         keep(pilot, out / "workflow-result.svg")
-        await press(pilot, "escape", "escape", "f2", "f6")
+        await press(pilot, "escape", "escape", "f6")
         for serial in ("APA-12", "APA-13", "APA-14"):
             await type_line(pilot, serial)
         await press(pilot, "f6")
@@ -86,7 +86,7 @@ async def tray(out: Path) -> None:
         await type_line(pilot, "flexure cracked, seen under the lens")
         await press(pilot, "y")  # it replaces what is selected
         await press(pilot, "enter", "enter", "enter")
-        await press(pilot, "escape", "escape", "f2")
+        await press(pilot, "escape", "escape")
         keep(pilot, out / "workflow-units.svg")
     bench.close()
 

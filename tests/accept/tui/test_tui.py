@@ -215,7 +215,7 @@ async def test_a_known_serial_goes_on_where_it_stood():
         await type_line(pilot, "0 -2.5 -3 0 -1.5 1 -2 -4")
     async with running() as pilot:
         await press(pilot, *"APA-02")
-        assert "is known: attempt 1" in words(pilot, "#about")
+        assert "Enter opens APA-02 · attempt 1" in words(pilot, "#about")
         await press(pilot, "enter")
         table = pilot.app.screen.query_one(DataTable)
         assert str(table.get_cell("flatness", "mark")).strip() == "✓"
@@ -245,15 +245,14 @@ async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
         assert "not signed. Judged in the name of Bob (typed)" in words(pilot, "#certificate")
         await press(pilot, "escape", "escape")
         await press(pilot, *"APA-02")
-        about = words(pilot, "#about")
-        assert "Bob cannot sign here" in about
-        assert "begun by Bob" in about
+        assert "Bob cannot sign here" in words(pilot, "#about")
+        assert "begun by Bob" in words(pilot, "#unit-card")
 
 
 async def test_known_units_are_listed():
     async with running() as pilot:
         await begin(pilot)
-        await press(pilot, "escape", "f2", "enter")
+        await press(pilot, "escape", "enter")
         assert pilot.app.session.serial == "APA-02"
 
 

@@ -20,10 +20,9 @@ from accept.pictures.labels import label_of
 from accept.store import open_store
 from accept.store.payloads import NotedFile, StepNoted, without_hashes
 from accept.tui.screens import steps as steps_screen
-from accept.tui.screens import units as units_screen
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.tui.screens.start import Given
-from accept.tui.screens.units import _COLUMNS
+from accept.tui.widgets.bench import units_table
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
@@ -308,7 +307,7 @@ async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
 
 
 def test_every_state_of_a_unit_fits_into_its_column():
-    width = dict(_COLUMNS)["state"] - 1
+    width = units_table._STATE - 1  # on the smallest terminal, beside a serial of 24 letters
     for verdict in (None, *map(str, UnitVerdict)):
         for held in (False, True):
             for steps, waiting, signed in ((8, ("a",), 0), (8, (), 0), (8, (), 1), (8, (), 2)):
@@ -567,14 +566,16 @@ async def test_a_judgement_during_which_a_value_was_entered_is_not_kept():
         assert session.judgements.of_step("capacitance") is None
 
 
-@pytest.mark.parametrize(("size", "who"), [(NARROW, "Anne…"), ((100, 30), "Annemarie Müller")])
-async def test_the_time_of_a_unit_stands_whole_and_a_name_as_far_as_there_is_room(size, who: str, monkeypatch):
-    monkeypatch.setattr(units_screen, "when_words", lambda _: "Mon 14:10")
+@pytest.mark.parametrize(("size", "who"), [(NARROW, "Annemari…"), ((100, 30), "Annemarie Müller")])
+async def test_serial_and_time_of_a_unit_stand_whole_and_a_name_as_far_as_there_is_room(size, who: str, monkeypatch):
+    monkeypatch.setattr(units_table, "since_words", lambda *_: "26 Nov 26"[:8])
+    serial = f"APA-2026-{'8' * 20}"
     async with running(size=size, given=Given("Annemarie Müller")) as pilot:
-        await begin(pilot)
-        await press(pilot, "escape", "f2")
-        row = pilot.app.screen.query_one("#known", DataTable).get_row("APA-02")
-        assert [str(cell) for cell in row[-2:]] == [who, "Mon 14:10"]
+        await begin(pilot, serial)
+        await press(pilot, "escape")
+        row = pilot.app.screen.query_one("#known", DataTable).get_row_at(0)
+        assert str(row[0]) == serial
+        assert [str(cell).strip() for cell in row[-2:]] == [who, "26 Nov 2"]
 
 
 @pytest.mark.parametrize("size", [NARROW, (140, 40)])

@@ -62,10 +62,10 @@ async def back_at_a_step(pilot: Pilot[None], serial: str) -> None:
             case "StepScreen":
                 return
             case "StartScreen":
-                for name, value in (("operator", "Ann"), ("kind", "apa"), ("serial", serial)):
+                for name, value in (("operator", "Ann"), ("serial", serial)):
                     screen.query_one(f"#{name}", TextEntry).value = value
-                screen.query_one("#kind", TextEntry).focus()
-                await press(pilot, "enter")
+                screen.query_one("#serial", TextEntry).focus()
+                await press(pilot, "enter", "enter")
             case "Steps":
                 await press(pilot, "enter")
             case _:

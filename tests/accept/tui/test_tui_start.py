@@ -1,24 +1,31 @@
-"""The first screen: whose name is proposed, where the cursor stands, what a refused serial does, leaving at once."""
+"""The first screen: whose name is proposed, where the cursor stands, what a refused serial does, leaving at once,
+the mouse."""
 
 import threading
+from dataclasses import replace
 
 from textual.widgets import Input
 
+from accept.judging.judge_unit import load_spec
 from accept.store import open_store
 from accept.store.payloads import RunOpened
 from accept.tui.app import BenchApp
-from accept.tui.screens.start import Given
+from accept.tui.background.busy_screen import Working
+from accept.tui.screens.start import Given, StartScreen
 from tests.accept.tui.tui_help import (
     SETTLED_WITHIN_S,
     at_rest,
+    begin,
     loader,
     press,
     running,
     settled,
+    type_line,
     until,
+    words,
 )
 
-BAD = "bad serial"
+KINDS = {"apa": load_spec("apa-basic"), "strut": load_spec("strut-basic")}
 
 
 def screen(pilot) -> str:
@@ -79,12 +86,70 @@ async def test_what_is_typed_after_a_click_beside_the_fields_goes_into_the_first
 
 async def test_the_arrows_stay_in_the_fields_and_what_is_typed_there_is_taken():
     """Above the first and below the last field the frame around them had the cursor, and swallowed every letter."""
+    async with running(loader("strut-basic")) as pilot:
+        await press(pilot, *"ST-01", "enter")
+        fields = [field for field in pilot.app.screen.query(Input) if field.region]
+        assert [field.id for field in fields[:2]] == ["serial", pilot.app.focused.id]
+        await press(pilot, *["down"] * 9)
+        assert pilot.app.focused is fields[-1]
+        await press(pilot, "ctrl+u", "Q", *["up"] * 9)
+        assert pilot.app.focused is fields[0]
+        assert fields[-1].value == "Q"
+
+
+async def test_a_serial_that_is_scanned_where_a_kind_is_chosen_is_another_unit_s():
+    async with running(lambda: replace(loader()(), specs=KINDS)) as pilot:
+        await press(pilot, *"X-01", "enter")
+        assert pilot.app.focused.id == "kind"
+        await press(pilot, *"X-02", "enter", "right", "enter")
+        assert line(pilot, "serial").value == "X-02"
+        assert pilot.app.screen.dialogue.value("kind") == "strut"
+
+
+async def test_escape_leads_back_from_a_mis_scan_to_the_unit_that_was_open():
     async with running() as pilot:
-        fields = [line(pilot, name) for name in ("operator", "serial", "kind")]
-        for start, key in ((fields[0], "up"), (fields[-1], "down"), (fields[1], "up"), (fields[1], "down")):
-            start.focus()
-            await press(pilot, key)
-            assert pilot.app.focused in fields
-            here = pilot.app.focused
-            await press(pilot, "ctrl+u", "Q")
-            assert here.value == "Q"
+        await begin(pilot, "APA-01")
+        for _ in range(2):
+            await press(pilot, *"APA-77", "enter")
+        assert screen(pilot) == "StartScreen"
+        assert "Esc: back to APA-01" in words(pilot, "#status")
+        await press(pilot, "escape")
+        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-01")
+        await press(pilot, "escape", "escape")
+        assert "Esc again: end the program" in words(pilot, "#status")
+
+
+async def test_the_operator_is_asked_for_where_nobody_worked_and_a_scan_there_is_kept_as_a_serial():
+    async with running(given=Given()) as pilot:
+        await press(pilot, "enter")
+        assert "Enter your name" in words(pilot, "#status")
+        await type_line(pilot, "APA-01")
+        assert (line(pilot, "operator").value, line(pilot, "serial").value) == ("", "APA-01")
+        await type_line(pilot, "Ann")
+        assert not line(pilot, "operator").region
+        assert "Ann" in words(pilot, "#bench-line")
+        await press(pilot, "enter", "enter")
+        assert (pilot.app.session.serial, pilot.app.session.operator) == ("APA-01", "Ann")
+
+
+async def click(pilot, widget, row: int, times: int = 1) -> None:
+    await pilot.click(widget, offset=(3, row), times=times)
+    await settled(pilot)
+
+
+async def test_a_click_marks_a_unit_a_second_one_opens_it_and_queues_are_clicked_too():
+    async with running(size=(120, 36)) as pilot:
+        for serial in ("APA-01", "APA-02"):
+            await begin(pilot, serial)
+            await press(pilot, "escape")
+        await click(pilot, "#queues", 2)
+        assert pilot.app.screen.dialogue.queue.title == "Flatness"
+        await click(pilot, "#known", 1)  # below the head of the table: the unit that was begun first is on top
+        assert words(pilot, "#about").startswith("Enter opens APA-01")
+        await click(pilot, "#known", 2, times=2)
+        assert (screen(pilot), pilot.app.session.serial, pilot.app.queue.name) == ("StepScreen", "APA-02", "flatness")
+
+
+def test_every_key_has_one_label():
+    keys = [binding.key for binding in StartScreen.BINDINGS + Working.BINDINGS]
+    assert len(keys) == len(set(keys))

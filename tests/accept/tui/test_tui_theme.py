@@ -77,7 +77,7 @@ async def test_good_bad_and_doubtful_are_told_apart_in_16_colours(monkeypatch: p
 async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("NO_COLOR", "1")
     async with running(loader(), given=Given("Ann")) as pilot:
-        assert pilot.app.screen.query_one("#kind", Input).rich_style.underline
+        assert pilot.app.screen.query_one("#serial", Input).rich_style.underline
         await press(pilot, *"APA-02", "enter", "enter")
         rail = pilot.app.screen.query_one(StepList)
         assert rail.get_component_rich_style("datatable--cursor").reverse

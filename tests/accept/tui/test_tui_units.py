@@ -38,7 +38,7 @@ def screen(pilot) -> str:
 
 async def add_tray(pilot, serials=TRAY) -> None:
     """From the first screen: scan each, then the list of one step."""
-    await press(pilot, "f2", "f6")
+    await press(pilot, "f6")
     for serial in serials:
         await type_line(pilot, serial)
     await press(pilot, "f6")
@@ -113,7 +113,7 @@ async def test_a_scan_goes_to_its_unit_wherever_it_comes():
         await press(pilot, *"APA-77", "enter")
         assert screen(pilot) == "StartScreen"
         assert pilot.app.screen.query_one("#serial", Input).value == "APA-77"
-        assert "new unit APA-77" in words(pilot, "#about")
+        assert "APA-77 is a new unit" in words(pilot, "#about")
     assert set(values()) == {TRAY[2]}
 
 
@@ -135,9 +135,7 @@ async def test_one_passphrase_for_a_shift_and_one_unit_after_the_other_to_sign()
             await begin(pilot, serial)
             await fill_values(pilot, more)
             await press(pilot, "escape")
-        await press(pilot, "f2")
-        await open_list(pilot, "To sign")
-        await press(pilot, "enter")
+        await press(pilot, "ctrl+s")
         assert (screen(pilot), pilot.app.session.serial) == ("Summary", "APA-01")
         await press(pilot, "f2")
         await type_line(pilot, "correct horse")
@@ -309,7 +307,7 @@ async def test_the_key_of_one_technician_is_locked_when_another_begins():
         pilot.app.shift.keep("Ann", "correct horse")
         await begin(pilot, TRAY[0])
         assert pilot.app.shift.passphrase("Ann") == "correct horse"
-        await press(pilot, "escape", "up", "ctrl+u", *"Ben", "enter")
+        await press(pilot, "escape", "ctrl+o", *"Ben", "enter")
         await begin(pilot, TRAY[0])
         assert pilot.app.session.operator == "Ben"
         assert pilot.app.shift.passphrase("Ann") is None

@@ -95,7 +95,7 @@ def test_a_unit_in_training_by_keys_in_a_browser(address: str, tmp_path: Path) -
         page = chromium.new_page(viewport={"width": 1000, "height": 640})
         at = Browser(page)
         page.goto(address)
-        at.wait_for("new unit TRAIN-")
+        at.wait_for("is a new unit")
         at.press("Enter", "Enter")  # without a click before: the page has the focus
         at.wait_for("Enter: open the step")
         measure(at)
@@ -128,7 +128,7 @@ def test_keys_that_a_glove_hits_a_dropped_photo_and_plots_at_full_resolution(add
                 page.locator(f"#touch button[data-key={key}]").click()
 
         page.goto(address)
-        at.wait_for("new unit TRAIN-")
+        at.wait_for("is a new unit")
         for width in (1280, 1000, 640):
             page.set_viewport_size({"width": width, "height": 800})
             assert_a_glove_hits_each_key(page)

@@ -79,8 +79,8 @@ def test_a_serial_that_was_entered_by_mistake_leaves_no_trace_in_the_lists(servi
     assert service.add(Begun("APA-01", "apa", "Ann")) is False
     service.bench.take_off("apa-02", "apa", "Ann")
     service.add(Begun("APA-02", "apa", "Ann"))
-    units, queues = service.listed()
-    assert [unit.serial for unit in units] == ["APA-02", "APA-01"] == [unit.serial for unit in queues[0].units]
+    seen = service.overview()
+    assert [unit.serial for unit in seen.units] == ["APA-02", "APA-01"] == [u.serial for u in seen.queues[0].units]
     assert [e.subject for e in service.bench.store.events(what="attempt_started")] == ["APA-01", "apa-02", "APA-02"]
 
 

@@ -10,8 +10,8 @@ from accept.workflow import certify
 from accept.workflow.entry.shift import IDLE_S, SHIFT_S, SigningShift
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
-from accept.workflow.steps.unit_list import ALL, RIG, SIGN, Queue, known_units, queues, rig_steps
-from accept.workflow.worker.judging import judge_whole_unit
+from accept.workflow.steps.unit_list import ALL, HELD, RIG, SIGN, Queue, known_units, queues, rig_steps
+from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from checks.declare import Measured
 from specs.spec import Spec
 
@@ -140,3 +140,31 @@ def test_a_passphrase_is_kept_for_its_person_and_for_a_shift_and_not_while_the_b
     shift.keep("Ann", "correct horse")
     assert shift.lock()
     assert shift.passphrase("Ann") is None
+
+
+def test_a_unit_has_a_mark_per_step_what_was_found_and_who_entered_what_last(store: Store):
+    session = unit(store, "APA-01", "flatness", "capacitance")
+    (found,) = known_units(store, SPECS)
+    assert [mark for mark, *_ in found.marks] == ["○", "○", "◉", "·"]
+    assert (found.state, found.findings) == ("in Stroke", ())
+    session = open_session(store, home(), SPEC, "Bob", "APA-01")
+    judge_step(session, "capacitance")
+    session.entries.note("flatness", "flexure cracked", nonconformance=True)
+    session.close()
+    (found,) = known_units(store, SPECS)
+    assert [mark for mark, *_ in found.marks] == ["!", "✓", "◉", "·"]
+    assert [finding.quantity for finding in found.findings] == ["sensor_uF", "actuator_uF"]
+    assert (found.held_by, found.note, found.last_by, found.entered_by) == ("flexure cracked",) * 2 + ("Bob", "Ann")
+    assert found.waits_for_qa
+    unit(store, "APA-02")
+    assert [mark for mark, *_ in known_units(store, SPECS)[0].marks] == ["·"] * 4
+    assert known_units(store, SPECS)[0].state == "new"
+
+
+def test_what_a_nonconformance_holds_waits_for_quality_assurance(store: Store):
+    unit(store, "APA-01")
+    session = open_session(store, home(), SPEC, "Ann", "APA-01")
+    session.entries.note("stroke", "a wire is loose", nonconformance=True)
+    session.close()
+    unit(store, "APA-02")
+    assert named(store)[HELD] == ["APA-01"]

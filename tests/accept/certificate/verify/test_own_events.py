@@ -3,19 +3,35 @@ what a clean program says of what he signed."""
 
 import shutil
 import sqlite3
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
+from cryptography.hazmat.primitives.asymmetric import ec
 
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.batch import pipeline, services
-from accept.certificate.trust import authority, commissioning, keys
-from accept.store import open_store
+from accept.certificate.signature.signing import sign
+from accept.certificate.trust import authority, commissioning, keys, revocation
+from accept.certificate.trust.commissioned import claim_of, is_proven
+from accept.certificate.trust.keys import QA
+from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
+from accept.store import START, open_store
 from accept.store.opening import DATABASE
-from accept.store.payloads import AttemptVoided, EntryUndone, UnitJudged
+from accept.store.payloads import (
+    AttemptStarted,
+    AttemptVoided,
+    CertificateSigned,
+    EntryUndone,
+    InstrumentChecked,
+    KeysRevoked,
+    UnitJudged,
+)
 from accept.store.store import Store
+from specs.files import json_of
 from tests.accept.certificate.verify.test_patched_program import (
     BENCH,
     CONCESSION,
@@ -28,7 +44,7 @@ from tests.accept.certificate.verify.test_patched_program import (
     patched,
     quality_assurance,
 )
-from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, plainly, unit, verified
+from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, own_spec, plainly, unit, verified
 
 __all__ = ["_bench"]
 TECHNICIAN = KeyHolder("Test Technician")
@@ -93,6 +109,7 @@ def test_a_countersignature_is_about_what_was_countersigned(
 
 
 def keys_of_days_ago(days: int) -> None:
+    """Of an authority of that day."""
     shutil.rmtree(home() / "keys")
     with pytest.MonkeyPatch.context() as m:
         clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: datetime.now(UTC) - timedelta(days=days))})
@@ -152,6 +169,22 @@ def test_a_view_is_no_table_of_a_store(tmp_path: Path, monkeypatch: pytest.Monke
     doubted(verified(pdf), "the tables are not those of this store: events.code")
 
 
+def test_a_virtual_table_is_no_table_of_a_store(tmp_path: Path) -> None:
+    """Its content may be a view."""
+    pdf = certified(tmp_path, "A-1")
+    with sqlite3.connect(home() / DATABASE, isolation_level=None) as plain:
+        columns = ", ".join(row[1] for row in plain.execute("PRAGMA table_info(events)"))
+        plain.execute("ALTER TABLE events RENAME TO real_events")
+        made = plain.execute("SELECT name FROM sqlite_master WHERE type = 'index' AND sql IS NOT NULL").fetchall()
+        plain.execute("CREATE VIEW shown AS SELECT * FROM real_events")
+        plain.execute(f"CREATE VIRTUAL TABLE events USING fts5({columns}, content='shown', content_rowid='seq')")
+        for (name,) in made:
+            plain.execute(f"DROP INDEX {name}")
+            plain.execute(f"CREATE INDEX {name} ON real_events (what)")
+    plain.close()
+    doubted(verified(pdf), "the tables are not those of this store: events.code")
+
+
 def test_a_bench_that_rejected_a_unit_says_so_of_a_certificate_of_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -175,3 +208,190 @@ def test_a_unit_that_quality_assurance_scrapped_and_that_is_measured_again(tmp_p
     again = certified(tmp_path, "A-2", stroke=366.2)
     assert "B-1 accepted; quality assurance decided before it was judged: scrap;" in verified(again).stdout
     assert accept("countersign", again).exit_code == 0
+
+
+def with_bench_file(place: Path, name: str, text: str, spec: object = "apa-basic", **more: Any) -> Path:
+    (place / "bench.toml").write_text(text)
+    bench, pdf = ("--bench", place / "bench.toml"), place / f"{name}.pdf"
+    accept("report", unit(place / name, **more), "--spec", spec, "--out", pdf, "--reason", "measured again", *bench)
+    return pdf
+
+
+def compared(E_n: float) -> InstrumentChecked:
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    keys_of_event = {"instrument": "tip", "serial": "12", "time": now, "what": "gauge block", "certificate": "G-1"}
+    values = {"reference": 0.0, "U_reference": 0.6, "value": E_n, "U": 0.8, "readings": (E_n,)}
+    outcome = {"E_n": E_n, "passed": abs(E_n) <= 1, "evidence": {}}
+    return InstrumentChecked(**{**keys_of_event, "unit": "um", **values, **outcome})  # type: ignore[arg-type]
+
+
+def spec_with_reference(path: Path) -> Path:
+    own_spec(path).write_text(path.read_text().replace("[checks.stroke]\n", "[checks.stroke]\nreference_days = 1\n", 1))
+    return path
+
+
+def test_a_comparison_with_a_reference_that_was_not_passed_is_not_left_out(tmp_path: Path) -> None:
+    """It was passed in the morning."""
+    spec, text = spec_with_reference(tmp_path / "mine.toml"), BENCH.replace("2025-01-01", "2099-01-01")
+    for E_n in (0.5, 3.0):
+        with open_store() as store:
+            store.write(compared(E_n), who=TECHNICIAN)
+    all_of_them = services.days_checked
+    with patched() as m:
+        m.setattr(services, "days_checked", lambda *a: {name: days[:1] for name, days in all_of_them(*a).items()})
+        pdf = with_bench_file(tmp_path, "A-1", text, spec)
+    doubted(verified(pdf), "the bench's store has a later comparison, not passed, of tip with its reference")
+
+
+def test_a_comparison_is_what_its_values_say(tmp_path: Path) -> None:
+    """The event says another E_n than its values, which judging reads."""
+    with open_store() as store:
+        store.write(replace(compared(0.5), E_n=0.1), who=TECHNICIAN)
+    spec = spec_with_reference(tmp_path / "mine.toml")
+    assert plainly(verified(with_bench_file(tmp_path, "A-1", BENCH.replace("2025-01-01", "2099-01-01"), spec)))
+
+
+def test_what_is_said_of_a_commissioning_is_signed_by_who_is_named(tmp_path: Path) -> None:
+    text, said = BENCH.replace("2025-01-01", "2099-01-01"), "commissioned on 2026-11-01 by Grace Hopper"
+    with patched() as m:
+        m.setattr(commissioning, "commissioned", lambda *_: {"tip": {"commissioned": said}})
+        pdf = with_bench_file(tmp_path, "A-1", text)
+    doubted(verified(pdf), "what is said of the commissioning of tip is not signed by a technician")
+
+
+def test_a_commissioning_of_another_instrument_proves_nothing(tmp_path: Path) -> None:
+    """The technician's own signature, but of an instrument with another serial number."""
+    record = {"subject": "x", "model": "X", "serial": "13", "on": "2026-11-01", "passed": True}
+    file = json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
+    given = {**claim_of(record), "certificate": file["certificate"], "signature": file["signature"]}
+    row = {"commissioned": "commissioned on 2026-11-01 by Test Technician", "commissioning": given, "model": "X"}
+    roots = [keys.ca(home())]
+    assert is_proven({**row, "serial": "13"}, roots)
+    assert not is_proven({**row, "serial": "12"}, roots)
+    assert not is_proven({**row, "serial": "13", "commissioned": row["commissioned"] + "0"}, roots)
+    assert not is_proven({**row, "serial": "13", "commissioning": given | {"on": "2026-11-02"}}, roots)
+    assert not is_proven({**row, "serial": "13"}, [])
+
+
+def test_the_day_of_a_commissioning_is_a_day(tmp_path: Path) -> None:
+    """Words in its place could name another person before the one who signed."""
+    day = "2026-11-01 by Grace Hopper, checked"
+    record = {"subject": "x", "model": "X", "serial": "12", "on": day, "passed": True}
+    file = json_of(commissioning.signed(record, keys.unlock(home(), TECHNICIANS, PHRASE)))
+    given = {**claim_of(record), "certificate": file["certificate"], "signature": file["signature"]}
+    row = {"commissioned": f"commissioned on {day} by Test Technician", "commissioning": given}
+    assert not is_proven({**row, "model": "X", "serial": "12"}, [keys.ca(home())])
+
+
+def test_a_key_that_had_run_out_does_not_sign_with_its_clock_set_back(tmp_path: Path) -> None:
+    keys_of_days_ago(365 * 5 + 30)
+    with open_store() as store:
+        store.append("batch_finished", "", {"verdicts": {}, "refused": 0}, who="Grace")
+    with patched(datetime.now(UTC) - timedelta(days=60)) as m:
+        m.setattr(keys, "check_usable", lambda *_: None)
+        pdf = certified(tmp_path, "A-1")
+    doubted(verified(pdf), "when the key of Test Technician had run out")
+
+
+def test_quality_assurance_who_left_does_not_countersign_with_the_clock_set_back(tmp_path: Path) -> None:
+    keys_of_days_ago(60)
+    assert accept("keys", "revoke", "Grace", "--reason", "left").exit_code == 0
+    back = datetime.now(UTC) - timedelta(days=2)
+    with patched(back) as m:
+        m.setattr(keys, "check_usable", lambda *_: None)
+        pdf = certified(tmp_path, "A-1")
+        assert plainly(verified(pdf))
+        grace = keys.unlock(home(), QA, "battery staple")
+    pdf.write_bytes(sign(pdf.read_bytes(), grace, back + timedelta(minutes=1)))
+    doubted(verified(pdf), "the key of Grace was revoked in this bench's store, event 1, before it signed")
+
+
+@pytest.mark.parametrize("made_by", ["nobody", "the technician"])
+def test_a_list_of_revoked_keys_that_the_authority_did_not_sign_revokes_nothing(tmp_path: Path, made_by: str) -> None:
+    ca, listed = keys.ca(home()), "no list"
+    if made_by == "the technician":
+        number = keys.unlock(home(), TECHNICIANS, PHRASE).certificate.serial_number
+        entry = revocation.Revoked(number, datetime.now(UTC) - timedelta(days=1), compromised=False)
+        listed = revocation.made(ca, ec.generate_private_key(ec.SECP256R1()), [entry], 5).decode()
+    with open_store() as store:
+        store.write(KeysRevoked(authority.fingerprint(ca), 5, listed), who=TECHNICIAN)
+    assert plainly(verified(certified(tmp_path, "A-1")))
+
+
+def test_the_number_of_a_list_of_revoked_keys_is_that_of_the_list(tmp_path: Path) -> None:
+    """Else a technician makes the newest list of every recipient an older one, for ever: lists only grow."""
+    assert accept("keys", "revoke", "Grace", "--reason", "left").exit_code == 0
+    stored = KeysRevoked.of(events("", KeysRevoked.KIND)[-1])
+    with open_store() as store:
+        store.write(KeysRevoked(stored.authority, 10**9, stored.crl), who=TECHNICIAN)
+    pdf = certified(tmp_path, "A-1")
+    assert accept("store", "publish", tmp_path / "list.json").exit_code == 0
+    assert plainly(verified(pdf, "--log", tmp_path / "list.json"))
+
+
+def test_what_is_told_to_the_store_of_another_bench_does_not_make_it_current(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The unit was rejected at its own bench since."""
+    other = tmp_path / "other"
+    shutil.copytree(home() / "keys", other / "keys", ignore=shutil.ignore_patterns("bench.*"))
+    pdf = certified(tmp_path, "A-1").rename(tmp_path / "first.pdf")
+    judged, signed = (events("B-1", kind)[-1] for kind in (UnitJudged.KIND, CertificateSigned.KIND))
+    stated = events("", "bench_stated")[-1]
+    then = datetime.fromisoformat(judged.time)
+    certified(tmp_path, "A-1", stroke=181.7)
+    monkeypatch.setenv("ACCEPT_HOME", str(other))
+    assert accept("keys", "request", "--role", "bench", "--name", "bench 2").exit_code == 0
+    assert accept("keys", "issue", other / "keys" / "bench.request.pem").exit_code == 0
+    with patched(then), open_store() as store:
+        store.append(stated.what, "", stated.data, who=stated.who)
+        number = store.append(judged.what, "B-1", judged.data, who=judged.who, spec=judged.spec).seq
+        store.append(signed.what, "B-1", {**signed.data, "judged": number}, who=signed.who, spec=signed.spec)
+    done = verified(pdf, "--require", "accepted,current")
+    assert done.exit_code == 3, done.output
+    assert "neither a store nor a list was asked for later attempts" in done.stdout
+    assert "not looked up, the word of bench and technician: provenance.attempt" in done.stderr
+
+
+def test_a_certificate_that_states_an_empty_store_is_compared_with_the_bench_s(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At quality assurance, whose machine is another bench."""
+    certified(tmp_path, "first", serial="A-01", stroke=181.7)
+    with open_store() as store, patched() as m:
+        empty = store.sealer.signed_head(START) if store.sealer else None
+        m.setattr(Store, "signed_head", lambda *_: empty)
+        pdf = certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95)
+    quality_assurance(tmp_path / "qa", monkeypatch, home() / DATABASE)
+    doubted(verified(pdf), "nobody told its serial apart: A-O1 differs from A-01")
+
+
+def test_a_later_event_does_not_hide_that_quality_assurance_scrapped_the_unit(tmp_path: Path) -> None:
+    pdf = certified(tmp_path, "A-1", stroke=181.7)
+    assert accept("countersign", pdf, "--disposition", "scrap", "--because", "broken").exit_code == 0
+    signed = events("B-1", CertificateSigned.KIND)[-1]
+    with open_store() as store:
+        told = {**signed.data, "disposition": {"choice": "rework", "reason": "x"}, "sha256": "0" * 64}
+        store.append(signed.what, "B-1", told, who="Grace")
+    again = certified(tmp_path, "A-2", stroke=366.2)
+    assert "B-1 accepted; quality assurance decided before it was judged: scrap" in verified(again).stdout
+
+
+def test_an_attempt_that_the_workflow_began_as_simulated(tmp_path: Path) -> None:
+    """The mark was deleted in `unit.toml`, with an editor."""
+    with open_store() as store:
+        store.write(AttemptStarted(1, "apa", {}, "first", simulated=True), "B-1", who=TECHNICIAN)
+    pdf = certified(tmp_path / "B-1", "attempt-1")
+    doubted(verified(pdf), "the bench's store has its attempt as one that no instrument measures")
+    with open_store() as store:
+        store.write(AttemptStarted(2, "apa", {}, "measured"), "B-1", who=TECHNICIAN)
+    assert plainly(verified(certified(tmp_path / "B-1", "attempt-2", stroke=366.2)))
+    doubted(verified(certified(tmp_path / "B-1", "attempt-1")), "as one that no instrument measures")
+
+
+def test_a_key_that_was_renewed_and_lost_is_revoked_with_both_certificates(tmp_path: Path) -> None:
+    """The first one is valid still, and whoever finds the key can set the clock to any day."""
+    pdf = certified(tmp_path, "A-1")
+    assert accept("keys", "renew", "Test Technician").exit_code == 0
+    assert accept("keys", "revoke", "Test Technician", "--reason", "lost").exit_code == 0
+    doubted(verified(pdf), "the key of Test Technician was lost or compromised")

@@ -110,7 +110,7 @@ async def serial(pilot: Pilot[None]) -> None:
 
 
 async def operator(pilot: Pilot[None]) -> None:
-    await press(pilot, "up")
+    await press(pilot, "ctrl+o")
 
 
 async def new_attempt(pilot: Pilot[None]) -> None:
@@ -128,11 +128,11 @@ async def type_serial(pilot: Pilot[None], text: str) -> None:
 
 
 async def list_of_units(pilot: Pilot[None]) -> None:
-    await press(pilot, "f2")
+    await press(pilot, "tab")
 
 
 async def tray(pilot: Pilot[None]) -> None:
-    await press(pilot, "f2", "f6")
+    await press(pilot, "f6")
 
 
 @pytest.mark.parametrize(

@@ -101,9 +101,9 @@ def stands_at(attempt: Attempt | None) -> int | None:
 
 
 def begin(ann: Technician, attempt: Attempt | None) -> None:
-    ann.at.wait_for("Enter: next field")
+    ann.at.wait_for("Scan a serial")
     ann.at.type(SERIAL)
-    ann.at.wait_for(f"(new unit {SERIAL}|{SERIAL} is known)")
+    ann.at.wait_for(f"({SERIAL} is a new unit|Enter opens {SERIAL})")
     ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
     ann.at.wait_for("Enter: open the step")
 

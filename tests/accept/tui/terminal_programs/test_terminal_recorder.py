@@ -79,9 +79,9 @@ def test_from_the_hammer_to_the_certificate(tmp_path: Path, opened: list[Termina
     run = [*loop, *ACCEPT, "run", "--spec", str(spec), "--bench", str(file), "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, home))
     ann = Technician(terminal)
-    terminal.wait_for("Enter: next field")
+    terminal.wait_for("Scan a serial")
     terminal.line("APA-61")
-    terminal.wait_for("new unit APA-61")
+    terminal.wait_for("Enter begins APA-61")
     terminal.press("Enter")
     ann.step("Spurious modes")
     terminal.press("F3")

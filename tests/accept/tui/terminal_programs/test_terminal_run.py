@@ -52,9 +52,9 @@ def test_an_apa_from_its_serial_to_a_certificate_that_verifies(
     run = [*ACCEPT, "run", "--spec", "apa", "--bench", str(bench), "--records", str(records), "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, home, size))
     ann = Technician(terminal)
-    terminal.wait_for("Enter: next field")
+    terminal.wait_for("Scan a serial")
     terminal.line("APA-77")
-    terminal.wait_for("new unit APA-77")
+    terminal.wait_for("Enter begins APA-77")
     terminal.press("Enter")
     ann.step("Flatness")
     ann.reads(8)
@@ -94,8 +94,8 @@ def test_a_strut_in_training_up_to_what_was_hidden(
     run = [*ACCEPT, "run", "--training", "--spec", spec, "--seed", "6", "--operator", "Ann"]
     opened.append(terminal := Terminal(tmp_path / "tmux", run, tmp_path / "home", size))
     ann = Technician(terminal)
-    terminal.wait_for(r"new unit TRAIN-[^$]*on the last field it starts")
-    terminal.press("Enter", "Enter")  # serial and kind as proposed
+    terminal.wait_for("TRAIN-.* is a new unit")
+    terminal.press("Enter")  # the serial as proposed; there is one kind
     terminal.wait_for("Serial number of the APA")
     for serial in ("APA-1", "JB-1", "JT-1", "ENC-1"):
         terminal.line(serial)

@@ -24,8 +24,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminal
 
 # (what the screen must show before, what is typed then)
 SCRIPT = (
-    ("on the last field it starts", "APA-02\r"),
-    ("new unit", "\r"),
+    ("Scan a serial", "APA-02\r"),
+    ("Enter begins APA-02", "\r"),
     ("Enter: open the step", "\r"),
     ("Enter: save the field", f"{HEIGHTS}\r"),
     ("✓ pass", "\x1b"),
