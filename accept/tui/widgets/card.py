@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from rich.text import Text
 from textual.containers import Vertical
 from textual.content import Content
 from textual.geometry import Region
