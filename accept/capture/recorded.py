@@ -10,7 +10,7 @@ import numpy as np
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import CaptureStopped, Say
 from accept.capture.setup import CaptureResult, RecordFile
-from checks.acceptance import hammer_progress
+from checks.acceptance import HitsSoFar, hammer_progress
 from checks.cause import record_label
 from checks.declare import Input, Series
 from checks.record import Record
@@ -37,10 +37,17 @@ STEMS = {
 }
 
 
+ShowHits = Callable[[str, HitsSoFar], None]
+
+
+def nobody_looks(_: str, __: HitsSoFar) -> None:
+    """Show the hits of a place on no screen."""
+
+
 @dataclass(frozen=True)
 class Recording:
     """The means of a recipe. asked: the spec's section of the check; inputs: of the check, by name; stopped: whether
-    the technician ended the capture."""
+    the technician ended the capture; show: is given the hits of a place so far."""
 
     recorder: Recorder
     actions: OperatorActions
@@ -48,6 +55,7 @@ class Recording:
     asked: CheckSpec
     inputs: Mapping[str, Input]
     stopped: Callable[[], bool]
+    show: ShowHits = nobody_looks
     notes: list[str] = field(default_factory=list)
 
     def driven(
@@ -121,6 +129,7 @@ def _hits(at: Recording, key: str) -> Record:
         if record.t[-1] < next_s:  # judging a long record takes a while, in which more has come
             return False
         so_far = hammer_progress(record, asked, HITS)
+        at.show(record_label(key), so_far)
         next_s = float(record.t[-1]) + time.monotonic() - began
         if len(so_far.hits) > reported:
             at.say(f"{record_label(key)}, {so_far.words_after(reported)}")  # two, if judging took longer than a hit

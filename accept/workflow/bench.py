@@ -27,6 +27,13 @@ class Exercise(Protocol):
     def hidden(self) -> str:
         """Return what was wrong, and what the technician made of it."""
 
+    @property
+    def choices(self) -> Sequence[str]:
+        """Return what may be wrong with the unit, the truth among it; nothing once it was guessed."""
+
+    def guess(self, place: int) -> str:
+        """Return whether this was it, and the score of this session."""
+
     def remedies(self, session: Session) -> Sequence[Any]:
         """Return what can be put right at the bench, each in `words`, for a `step`."""
 

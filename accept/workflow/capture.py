@@ -13,7 +13,7 @@ from accept.base.home import home
 from accept.capture.operator_actions import OperatorActions
 from accept.capture.reading_loop import Journal, ReadingLoop, Say
 from accept.capture.recipes import RECIPES
-from accept.capture.recorded import RECORDED, Recording
+from accept.capture.recorded import RECORDED, Recording, ShowHits, nobody_looks
 from accept.capture.setup import CaptureResult, CaptureSetup
 from accept.judging import default_spec
 from accept.store import Store
@@ -39,18 +39,20 @@ def capture(
     journal_in: Path | None = None,
     known: Mapping[str, float] | None = None,
     stopped: threading.Event | None = None,
+    show: ShowHits = nobody_looks,
 ) -> CaptureResult:
     """Measure a step by its recipe and store its values like any other entry, each with the instrument that was read;
     the traffic of its line is stored with the first.
 
-    journal_in: folder of the journal, by default the attempt's. known: values that need not be asked for. A run that
-    fails stores why, and leaves its journal. Raises InstrumentError, EntryError, RecordError, StoreError, OSError.
+    journal_in: folder of the journal, by default the attempt's. known: values that need not be asked for. show: is
+    given the hits of a hammer so far. A run that fails stores why, and leaves its journal. Raises InstrumentError,
+    EntryError, RecordError, StoreError, OSError.
     """
     recipes = RECORDED if isinstance(instrument, BenchRecorder) else RECIPES
     if step not in recipes or step not in {one.name for one in session.steps}:
         raise EntryError(f"spec {session.spec.name} asks for no '{step}' that an instrument measures here")
     if isinstance(instrument, BenchRecorder):
-        return _record(session, step, instrument, actions, say, stopped or threading.Event())
+        return _record(session, step, instrument, actions, say, stopped or threading.Event(), show)
     given = {name: one.value for name, one in _typed(session, step).items()} | dict(known or {})
     driver = instrument.driver
     with closing(Journal(journal_in or session.folder, step)) as journal:
@@ -77,10 +79,11 @@ def _record(
     actions: OperatorActions,
     say: Say,
     stopped: threading.Event,
+    show: ShowHits,
 ) -> CaptureResult:
     """Take the records of a step with a recorder and store them. Raises as `capture`, ExcitationError."""
     of = session.step(step)
-    recording = Recording(instrument.recorder, actions, say, of.asked, of.check.inputs, stopped.is_set)
+    recording = Recording(instrument.recorder, actions, say, of.asked, of.check.inputs, stopped.is_set, show)
     try:
         with instrument.mutex:
             instrument.recorder.connect()

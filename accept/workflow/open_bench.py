@@ -49,7 +49,8 @@ class BenchServices(WorkerProcess):
 
     def measure(self, session: Session, step: str, instruments: Instruments, talk: Talk) -> Sequence[str]:
         actions = instruments.staged or Person(talk.ask)
-        return capture(session, step, instruments.recording(step), actions, talk.say, stopped=talk.stopped).notes
+        recorder = instruments.recording(step)
+        return capture(session, step, recorder, actions, talk.say, stopped=talk.stopped, show=talk.show).notes
 
 
 def open_bench(

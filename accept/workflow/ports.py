@@ -5,7 +5,7 @@
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from accept.base.documents.results import UnitRecord
 from accept.store import Event, Store
@@ -18,6 +18,9 @@ from accept.workflow.session import Session
 from checks.picture import Panel
 from specs.bench import BenchFile
 from specs.spec import Spec
+
+if TYPE_CHECKING:
+    from checks.acceptance import HitsSoFar
 
 
 class Computation(Protocol):
@@ -47,6 +50,9 @@ class Talk(Protocol):
 
     def say(self, words: str) -> None:
         """Tell the person."""
+
+    def show(self, place: str, so_far: "HitsSoFar") -> None:
+        """Show the hits of the hammer at a place so far."""
 
 
 class SigningPort(Protocol):

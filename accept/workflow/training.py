@@ -86,12 +86,21 @@ class TrainingInstruments(BenchInstruments):
         return found
 
 
+@dataclass
+class TrainingScore:
+    """Units whose fault was guessed since the program was started, and how many of the guesses were right."""
+
+    guessed: int = 0
+    right: int = 0
+
+
 class TrainingUnit:
     """A simulated unit, its records in a folder, and what was put right so far."""
 
-    def __init__(self, request: UnitRequest, folder: Path) -> None:
+    def __init__(self, request: UnitRequest, folder: Path, score: TrainingScore | None = None) -> None:
         """Write the records, without the list of them. Raises OSError, UnitRequestError, ModelError."""
         self._asked, self._request, self.folder = request, request, folder
+        self._score, self._guessed = score or TrainingScore(), False
         self._write(lambda _: True, ago_s=SETTLED_S)  # they are whole: nothing waits for them to be written to the end
 
     def remedies(self, session: Session) -> Sequence[Remedy]:
@@ -115,6 +124,28 @@ class TrainingUnit:
         if self._request.fault is None:
             return f"You found it and put it right: {FAULTS[fault].words}."
         return f"{words}\nIt was not put right."
+
+    @property
+    def choices(self) -> Sequence[str]:
+        return () if self._guessed else [_choice_words(fault) for fault in self._possible]
+
+    @property
+    def _possible(self) -> list[str | None]:
+        """Return what is hidden and others of the same kind of unit, in an order that tells nothing."""
+        kind, rng = self._asked.kind, random.Random(f"guess {self._asked.seed}")
+        others = [fault for fault in possible_faults(kind) if fault != self._asked.fault]
+        found = [self._asked.fault, *rng.sample(others, min(_MOST_CHOICES - 1, len(others)))]
+        rng.shuffle(found)
+        return found
+
+    def guess(self, place: int) -> str:
+        right = self._possible[place] == self._asked.fault
+        self._guessed = True
+        self._score.guessed += 1
+        self._score.right += right
+        return (
+            f"{'Right!' if right else 'No.'} {self._score.right} of {self._score.guessed} guessed right this session."
+        )
 
     def put_right(self, session: Session, remedy: Remedy) -> Event:
         """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
@@ -148,6 +179,7 @@ class TrainingUnit:
 
 
 _REASON = "put right: "
+_MOST_CHOICES = 7
 
 
 def record_stems(entries: Sequence[ValueTaken | RecordLinked]) -> tuple[str, ...]:
@@ -158,11 +190,12 @@ def record_stems(entries: Sequence[ValueTaken | RecordLinked]) -> tuple[str, ...
 @dataclass(frozen=True, eq=False)
 class TrainingBench(Workbench):
     """A bench whose units are simulated when they are begun. seed: of the first that is proposed; chosen: whether it
-    was asked for; running: the instruments of the present unit."""
+    was asked for; running: the instruments of the present unit; score: of the guesses at all of them."""
 
     seed: int = 0
     chosen: bool = False
     running: ExitStack = field(default_factory=ExitStack)
+    score: TrainingScore = field(default_factory=TrainingScore)
 
     def next_serial(self) -> str:
         """Return the serial of a unit that was not begun yet. Raises StoreError."""
@@ -187,7 +220,7 @@ class TrainingBench(Workbench):
             refuse_passphrases(self.home, [number])
         seed = int(number) if number.isdecimal() and number != begun.serial else zlib.crc32(begun.serial.encode())
         request = training_request(begun.kind, begun.serial, seed)
-        unit = TrainingUnit(request, self.home / "records" / begun.serial)
+        unit = TrainingUnit(request, self.home / "records" / begun.serial, self.score)
         taught = units.read(unit.folder)
         world = world_of(unit.folder)
         simulated = SimulatedBench(world, self.home / "bench" / begun.serial, seed=seed, byte_s=BYTE_S)
@@ -222,15 +255,22 @@ def open_training(spec: str | None, seed: int | None) -> TrainingBench:
 
 def training_request(kind: str, serial: str, seed: int) -> UnitRequest:
     """Return a unit with one of the faults that its kind can have, or with none."""
-    rng = random.Random(seed)
-    possible = [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
-    fault = rng.choice(possible)
+    fault = random.Random(seed).choice(possible_faults(kind))
     # What has nothing hidden must pass: at two standard deviations of everything some struts miss a limit by a hertz.
     most = 1.0 if fault is None else 2.0
     nominal = open_model(SIMULATED_MODEL[kind])
     payload = {"bench.payload_kg": nominal.values["bench.payload_kg"]}  # a bench has one, which the spec states
     model = on_bench(drawn(nominal, seed, most).with_values(payload), kind)
     return UnitRequest(serial, kind, model, seed=seed, fault=fault, repeats=False, low_s=SHORT_S, high_s=SHORT_S)
+
+
+def possible_faults(kind: str) -> list[str | None]:
+    """Return what may be hidden in a unit of a kind; None: nothing."""
+    return [None, *(name for name, fault in FAULTS.items() if kind in fault.kinds)]
+
+
+def _choice_words(fault: str | None) -> str:
+    return "nothing: it is a good unit" if fault is None else FAULTS[fault].words
 
 
 def hidden_words(fault: str | None, kind: str) -> str:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from checks.acceptance.responses.rules import record_faults, size_faults
     from checks.acceptance.spurious_modes import FRAME_Hz, hammer_progress
     from checks.acceptance.stiffness import deflection_of
+    from checks.signals.impact.progress import HitsSoFar
 else:
     __getattr__ = door(__name__)
 

@@ -50,7 +50,7 @@ class Scanning(Working[bool]):
     _asked_about = ""  # a number that may be the serial of a new unit: the next Enter begins it
     _unknown = ""  # what was typed last and no unit has as its serial: the same again is a new unit
     asks_passphrase = False  # a passphrase is what is typed here, and no value
-    where_signed = "A passphrase: in the summary, after F2"
+    where_signed = "A passphrase: in the summary, after ^S"
 
     def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__()

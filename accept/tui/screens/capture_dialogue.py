@@ -4,7 +4,7 @@ import queue
 import threading
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 from textual.widgets import Static
@@ -12,6 +12,10 @@ from textual.widgets import Static
 from accept.capture.reading_loop import CaptureStopped
 from accept.tui.background.busy_screen import Working
 from accept.tui.screens.ask import Question, QuestionLine
+from accept.tui.widgets.hits import Hits
+
+if TYPE_CHECKING:
+    from checks.acceptance import HitsSoFar
 
 LOOK_S = 0.2  # between two looks whether the capture was stopped
 LAST = 3  # words that stay: hits come every second or two, and each of their verdicts is to be read
@@ -51,8 +55,9 @@ class CaptureDialogue:
     """Questions and words of a capture. `ask` and `say` are called from the thread that measures, `ended` from the
     screen, which sets `stopped`."""
 
-    def __init__(self, screen: Working[Any], title: str) -> None:
-        self._screen, self._title, self.stopped = screen, title, threading.Event()
+    def __init__(self, screen: Working[Any], title: str, where: str = "") -> None:
+        """where: drawing of the places where a hammer hits."""
+        self._screen, self._title, self._where, self.stopped = screen, title, where, threading.Event()
         self._log = CaptureLog()
 
     def ask(self, words: str) -> str:
@@ -77,9 +82,24 @@ class CaptureDialogue:
         if is_cue(words):
             self._screen.app.call_from_thread(self._screen.app.bell)
 
+    def show(self, place: str, so_far: "HitsSoFar") -> None:
+        """Show the hits so far in the place of the step, beside where to hit."""
+        self._screen.app.call_from_thread(self._screen.call_later, self._show_hits, place, so_far)
+
+    async def _show_hits(self, place: str, so_far: "HitsSoFar") -> None:
+        if not self._screen.alive:
+            return
+        if not self._screen.query(Hits):
+            await self._screen.mount(Hits(self._where), before="#main")
+            self._screen.query_one("#main").display = False
+        self._screen.query_one(Hits).show(place, so_far)
+
     def ended(self) -> None:
         """Take the words away: what became of the capture stands in the status line."""
         self._show(())
+        self._screen.query(Hits).remove()
+        for main in self._screen.query("#main"):
+            main.display = True
 
     def _show(self, lines: Sequence[str]) -> None:
         text = Text("\n".join(lines))

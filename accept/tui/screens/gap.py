@@ -11,8 +11,10 @@ from accept.base.documents.analyses import REFUSED
 from accept.gap import G_NOTE, findings, gap_number, headline_of_document
 from accept.pictures import signs
 from accept.pictures.blocks import Role
+from accept.pictures.words import pretty
 from accept.store import Event
 from accept.tui.screens.page import Page
+from accept.tui.widgets.card import Card
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
@@ -34,8 +36,8 @@ class Explain(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "go_on", show=False, priority=True),
-        Binding("f3", "search", "Analyse"),
-        Binding("f7", "picture", "Plots"),
+        Binding("f3", "search", "Measure"),
+        Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
 
@@ -43,7 +45,7 @@ class Explain(Page):
         super().__init__(bench, session, WORDS, GAP)
 
     def parts(self) -> ComposeResult:
-        yield Hanging(id="answer")
+        yield Card(Hanging(id="answer"), title="Cause", id="cause")
 
     def on_mount(self) -> None:
         if not self.alive:
@@ -60,6 +62,7 @@ class Explain(Page):
         found = self.session.gap.found
         if self.alive and found is not None:
             self.query_one("#main").add_class("complete")
+            self.query_one("#main").set_class(bool(self.session.gap.panels), "plotted")
             self.query_one("#answer", Hanging).hang(answer(found))
             self.query_one(Pictures).show(self.session.gap.panels)
         self.show_around()
@@ -107,8 +110,11 @@ def answer(found: Mapping[str, Any]) -> Text:
     if verdict == REFUSED:
         return text
     for each in findings(found):
-        text.append(f"  {each.words}\n", COLOURS[each.role])
-        text.append("".join(f"    {detail}\n" for detail in each.details), "dim")
+        text.append(f"  {pretty(each.words)}\n", COLOURS[each.role])
+        text.append("".join(f"    {pretty(detail)}\n" for detail in each.details), "dim")
+    for each in found.get("where", ()):
+        band = f"{each['f_lo_Hz']:.0f} to {each['f_hi_Hz']:.0f} Hz"
+        text.append(f"  shows in {each['channel']}, {band}, {each['excess_dB']:.0f} dB above chance\n", "dim")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
     text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")

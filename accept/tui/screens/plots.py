@@ -24,9 +24,10 @@ class Plots(Screen[None]):
     """Shows the panels of one step; arrows go from one to the next."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f7,right,pagedown,space", "turn(1)", "Next"),
-        Binding("left,pageup,backspace", "turn(-1)", "Previous"),
-        Binding("f2", "draw_large", "Full resolution"),
+        Binding("right,pagedown,space", "turn(1)", "Next plot"),
+        Binding("f7", "turn(1)", "Plot", show=False),
+        Binding("left,pageup,backspace", "turn(-1)", "Previous plot"),
+        Binding("f2", "draw_large", "File"),
         Binding("escape,enter", "leave", "Back"),
         Binding("f1", "app.help", show=False),
     ]

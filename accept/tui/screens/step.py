@@ -229,7 +229,7 @@ class StepScreen(Page):
     def _measure(self) -> None:
         """Measure the whole step by its recipe: the bench is set up as it asks, Escape stops it."""
         step, instruments = self.step.name, self.bench.instruments
-        talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}")
+        talk = CaptureDialogue(self, f"Measure: {self.step.guide.words}", self.step.guide.picture)
         self.stop = talk.stopped.set
 
         def measure() -> Sequence[str]:

@@ -1,26 +1,35 @@
 """The end of a unit: renders its dialogue, passes on keys and executes effects; what they mean is decided there."""
 
+import asyncio
 import os
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from io import BytesIO
+from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import DataTable, Label, Static
 
 from accept.base.documents.results import UnitRecord
 from accept.pictures import signs
 from accept.pictures.labels import label_of
+from accept.pictures.words import pretty
+from accept.tui.background.busy_screen import Then, after
 from accept.tui.background.scanning import Scanning
-from accept.tui.screens.ask import Help, Question, QuestionLine
+from accept.tui.background.viewer import open_file, viewer
+from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import after_number, limits, numbers
-from accept.tui.widgets.step_list import HELD, UnitBar, held_words, where_held
+from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
+from accept.tui.widgets.plan import bar_of
+from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
 from accept.workflow.dialogue.summary import Do
@@ -28,25 +37,35 @@ from accept.workflow.dialogue.summary_state import SummaryDialogue, Turn
 from accept.workflow.effects.serve_summary import facts
 from accept.workflow.session import Session
 from accept.workflow.steps.status import Status
+from checks.verdict import Verdict
 
 SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if accepted, else three
 _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
+_COLUMNS = "", "Quantity", "Value ± U", "Limits", "Verdict"
+_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 40
+_MARK = 4  # columns of the marks, and the last one
 
 
 class Summary(Scanning):
     """Judges the unit when it opens. Dismisses True for the next unit, False to go back to the steps."""
 
     asks_passphrase = True
-    where_signed = "A passphrase: F2 first"
+    where_signed = "A passphrase: ^S first"
     press = staticmethod(dialogue.press)
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "take_scan", show=False, priority=True),
-        Binding("f2", "press('f2')", "Sign", priority=True),
-        Binding("f3", "press('f3')", "QA countersigns"),
-        Binding("f4", "press('f4')", "Next unit", priority=True),
-        Binding("ctrl+r", "press('ctrl+r')", "Put right"),
+        Binding("ctrl+s", "press('ctrl+s')", "Sign", priority=True),
+        Binding("ctrl+t", "press('ctrl+t')", "QA countersigns"),
+        Binding("f10", "press('f10')", "Next unit", priority=True),
+        Binding("f8", "press('f8')", "Again"),
+        Binding("ctrl+e", "press('ctrl+e')", "Open the page"),
+        # what these were called before they meant the same on every screen
+        Binding("f2", "press('ctrl+s')", show=False, priority=True),
+        Binding("f3", "press('ctrl+t')", show=False),
+        Binding("f4", "press('f10')", show=False, priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Repair"),
         Binding("ctrl+l", "press('ctrl+l')", "Forget passphrase", show=False),
         Binding("pagedown", "page(1)", "More", priority=True),
         Binding("pageup", "page(-1)", show=False, priority=True),
@@ -59,22 +78,36 @@ class Summary(Scanning):
         self.dialogue: SummaryDialogue = SummaryDialogue(facts(session))
         self._shown: object = None  # the result that the table shows
         self._told: object = None  # the finding that the lines below it are about, and these
+        self._signs = False  # a signature is under way
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session, "summary")
-        yield Banner()
-        yield Static("Evaluating …", id="verdict", markup=False)
-        yield DataTable(id="findings", cursor_type="row", cell_padding=0)
-        with VerticalScroll(id="why", can_focus=False):
-            yield Static("", id="detail", markup=False)
-        yield Static("", id="certificate", markup=False)
+        with Horizontal(id="top"):
+            yield Banner()
+            yield Static("Evaluating …", id="verdict", markup=False)
+        with Horizontal(id="whole"):
+            with Vertical(id="judged"):
+                with Vertical(id="found", classes="card"):
+                    yield DataTable(id="findings", cursor_type="row", cell_padding=0)
+                    with VerticalScroll(id="why", can_focus=False):
+                        yield Static("", id="detail", markup=False)
+                with VerticalScroll(id="noted", classes="card", can_focus=False):
+                    yield Static("", id="typed", markup=False)
+            with Vertical(id="signed"):
+                with Vertical(id="sign", classes="card"):
+                    yield Static("", id="who", markup=False)
+                with Vertical(id="paper", classes="card"):
+                    yield Static("", id="ticks", markup=False)
+                    yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
         yield KeyRow()
 
     async def on_mount(self) -> None:
+        for part, title in (("found", "Findings"), ("noted", "Notes"), ("sign", "Sign"), ("paper", "Certificate")):
+            self.query_one(f"#{part}").border_title = title
         if self.alive:
             table = self.query_one(DataTable)
-            table.add_columns("", "Quantity ", "Value ± U ", "Limits ", "Verdict")
+            table.add_columns(*_COLUMNS)
             table.visible = False  # its head alone says nothing
             await self.follow(dialogue.opening(self.at_present().state.facts))
 
@@ -101,11 +134,19 @@ class Summary(Scanning):
                 self.leave(True)
             case Do.STOP_OR_LEAVE:
                 await self.action_leave()
+            case Do.OPEN_PAGE:
+                await self._open_page(Path(str(self.dialogue.facts.certificate)))
             case Do.ASK_REMEDY:
                 ask_remedy(self, lambda _: self.leave(False))
-            case Do.TELL_HIDDEN if self.bench.training is not None:
-                told = Help("Training: what this unit had", self.bench.training.hidden, "next unit")
-                self.app.push_screen(told, lambda further: self.leave(True) if further else None)
+            case Do.TELL_HIDDEN if (unit := self.bench.training) is not None:
+                if choices := unit.choices:
+                    words = "Guess before it is told. Esc: tell me"
+                    asked = Choice("Training: what is wrong with this unit?", words, choices)
+                    self.app.push_screen(
+                        asked, lambda n: self._tell_hidden("" if n is None else f"{unit.guess(n)}\n\n")
+                    )
+                else:
+                    self._tell_hidden("")
             case Do.RING if os.environ.get(SOUND, "").strip() == "1":
                 for n in range(1 if self.dialogue.accepted else 3):
                     self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
@@ -128,25 +169,56 @@ class Summary(Scanning):
             case dialogue.SignAsTechnician(typed, reason):
                 opens = typed or shift.passphrase(operator)
                 if opens is None:  # the bench was left while the question stood
-                    await self.answer(dialogue.press, "f2")
+                    await self.answer(dialogue.press, "ctrl+s")
                     return
-                self.send(
-                    lambda: self.signing.sign(opens, reason),
-                    partial(self._signed, opens),
-                    "signing and verifying",
-                )
+                self._begin_signing(lambda: self.signing.sign(opens, reason), partial(self._signed, opens), "signing")
             case dialogue.Countersign(passphrase, choice, reason):
-                self.send(
+                self._begin_signing(
                     lambda: self.signing.countersign(passphrase, choice, reason),
                     partial(self.later, dialogue.signed),
-                    "countersigning and verifying",
+                    "countersigning",
                 )
+
+    def _tell_hidden(self, guessed: str) -> None:
+        """Tell what was wrong with the unit of a training. guessed: what became of the guess."""
+        if self.bench.training is not None:
+            told = Help("Training: what this unit had", f"{guessed}{self.bench.training.hidden}", "next unit")
+            self.app.push_screen(told, lambda further: self.leave(True) if further else None)
+
+    async def _open_page(self, path: Path) -> None:
+        """Show the certificate: in a tab of the browser, in the viewer of this desktop, else say its path."""
+        command = viewer()
+        try:
+            if self.app.is_web:
+                page = BytesIO(await asyncio.to_thread(path.read_bytes))
+                mime = "application/pdf"
+                self.app.deliver_binary(page, save_filename=path.name, open_method="browser", mime_type=mime)
+            elif command:
+                open_file(command, path)
+            self.say(f"Opened {path}" if command or self.app.is_web else f"No viewer here. The certificate is {path}")
+        except OSError as e:
+            self.say(f"{path}: {e.strerror or e}", "bad")
+
+    def _begin_signing(self, sign: Callable[[], Any], then: Then, doing: str) -> None:
+        self._mark_signing(True)
+        ended = partial(self._mark_signing, False)
+        self.send(sign, after(ended, then), f"{doing} and verifying", after(ended, None))
+
+    def _mark_signing(self, under_way: bool) -> None:
+        self._signs = under_way
+        self._show_ticks()
+
+    def _show_ticks(self) -> None:
+        between = "\n" if self.app.size.width >= WIDE_FROM else "   "
+        for ticks in self.query("#ticks").results(Static):
+            ticks.update(_ticks(self.dialogue, self._signs, between))
 
     async def _ask(self, asked: dialogue.Ask) -> None:
         """Ask; keys that follow wait for the question, so that no passphrase goes elsewhere."""
         words = self._what_is_signed().append(f"\n\n{asked.words}", "not bold default") if asked.states else asked.words
         lines = [QuestionLine(line.value, secret=line.is_secret) for line in asked.lines]
         question = Question(asked.title, words, lines, partial(self.signing.problem, asked))
+        question.add_class("beside")  # in the place of the card
         await self.app.push_screen(question, partial(self.later, dialogue.answered, asked))
 
     def _signed(self, passphrase: str, report: Any) -> None:
@@ -166,56 +238,87 @@ class Summary(Scanning):
     async def draw(self) -> None:
         d = self.dialogue
         if d.failed:
-            self.query_one("#verdict", Static).update("not evaluated")
+            self.query_one("#verdict", Static).update("Not evaluated. F8: evaluate again, Esc: back to the steps")
+        self.query_one("#who", Static).update(_sign_words(d))
+        self.query_one("#sign").set_class(d.facts.certificate is None and d.facts.result is not None, "todo")
+        self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if something is longer than its room
         if d.facts.result is None:
             return
         if d.facts.result is not self._shown:
             self._shown = d.facts.result
             self._show_result(d.facts.result)
-        self.query_one("#certificate", Static).update(d.certificate_words)
+        self._show_ticks()
+        opens = "\n^E: open it" if d.facts.certificate is not None else ""
+        self.query_one("#certificate", Static).update(d.certificate_words + opens)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
-            self.query_one("#detail", Static).update(d.detail)
+            self.query_one("#detail", Static).update(_detail(d))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
-        self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if it is longer than its room
 
     def _show_result(self, result: UnitRecord) -> None:
-        d, table = self.dialogue, self.query_one(DataTable)
-        sign = signs.UNITS[result.word]
-        self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # a band has room for one word
+        d, sign = self.dialogue, signs.UNITS[result.word]
+        self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # letters have room for one word
+        self.query_one("#top").set_classes(sign.tone.name.lower())
         self.query_one("#verdict", Static).update(_verdict(d, result))
+        passed = sum(f.verdict is Verdict.PASS for f in d.findings)
+        self.query_one("#found").border_subtitle = f"{passed} of {len(d.findings)} pass"
+        notes = self.query_one("#noted")
+        notes.display, notes.border_subtitle = bool(d.notes), f"{len(d.notes)}, on the certificate"
+        self.query_one("#typed", Static).update(pretty("\n".join(d.notes)))
+        self._show_table(d.worst)
+
+    def _show_table(self, row: int) -> None:
+        d, table = self.dialogue, self.query_one(DataTable)
+        labels = [label_of(f.quantity) for f in d.findings]
+        values = aligned([pretty(numbers(f.value, f.U, f.unit)) if f.value is not None else "-" for f in d.findings])
+        words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
+        taken = _MARK + sum(max(map(len, column), default=0) + 2 for column in (labels, values, words))
+        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, table.size.width - taken))
         table.visible = True
-        table.clear()
-        for f in d.findings:
+        table.clear(columns=True)
+        table.add_columns(*_COLUMNS)
+        for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
-            value = numbers(f.value, f.U, f.unit) if f.value is not None else "-"
-            bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
-            cells = (
-                *(f"{words} " for words in (label_of(f.quantity), value, bounds)),
-                Text("pass, held" if status is Status.HELD else status.word, status.style),
+            bar = limit_bar(f.value, f.U, f.lower, f.upper, gauge, d.facts.usual.get(f.quantity))
+            table.add_row(
+                Text(f" {status.mark} ", status.style),
+                f"{label}  ",
+                Text(f"{value}  ", "bold"),
+                Text(f"{bar}  ", status.style),
+                Text(word, status.style),
             )
-            table.add_row(Text(f" {status.mark} ", status.style), *cells)
-        table.move_cursor(row=d.worst)
+        table.move_cursor(row=row)
 
     async def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         await self.answer(dialogue.marked, event.cursor_row)
 
     def on_resize(self) -> None:
+        if self.dialogue.facts.result is not None:  # gauges are as wide as there is room
+            self.call_after_refresh(self._show_table, max(0, self.dialogue.row))
         self.call_after_refresh(self.refresh_bindings)
 
     def action_page(self, way: int) -> None:
-        why = self.query_one("#why", VerticalScroll)
-        why.scroll_relative(y=way * max(1, why.size.height - 1), animate=False)
+        for part in self.query(VerticalScroll):
+            part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
-            return any(why.max_scroll_y > 0 for why in self.query("#why"))
+            return any(part.max_scroll_y > 0 for part in self.query(VerticalScroll))
+        if parameters == ("f8",):
+            return bool(self.dialogue.failed)
+        if parameters == ("ctrl+e",):
+            return self.dialogue.facts.certificate is not None
         return parameters != ("ctrl+r",) or self.bench.training is not None
+
+    @property
+    def main_key(self) -> str:
+        """Return the key of what is to be done next."""
+        return "f8" if self.dialogue.failed else "f10" if self.dialogue.facts.certificate is not None else "ctrl+s"
 
     def help_text(self) -> str:
         return (
-            "This is the result of all stored entries. F2 signs the certificate with the technician's passphrase, F3 "
+            "This is the result of all stored entries. ^S signs the certificate with the technician's passphrase, ^T "
             "countersigns with the passphrase of quality assurance. The technician's passphrase opens the key for a "
             "shift; Ctrl+L locks it. Each signature is verified from the file on disk. "
             "If you change anything, sign again."
@@ -223,10 +326,62 @@ class Summary(Scanning):
 
 
 def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
-    """Return the verdict, what is open, and on lines of their own what to do first."""
-    sign, held = signs.UNITS[result.word], result.nonconformances
-    text = Text.assemble((f" {sign.word.upper()} ", f"reverse {sign.bold}"))
+    """Return what is open, and on lines of their own what to do first; the word stands in large letters beside it."""
+    held, text = result.nonconformances, Text()
     if held:
-        text.append(f"  nonconformance at {where_held(held)}. QA decides (F3).", HELD)
-    text.append("".join(f"  {words.replace('no result', _NO_RESULT)}" for words in d.open_words))
+        text.append(f"HELD: nonconformance at {where_held(held)}. QA decides (^T).", HELD)
+    opens = "   ".join(words.replace("no result", _NO_RESULT) for words in d.open_words)
+    text.append(f"{'   ' if held and opens else ''}{opens}")
+    if not text and d.accepted:
+        text.append(f"All {len(d.findings)} quantities pass", "bold")
+    if closest := d.closest:
+        text.append(f"\n{closest}", "dim")
     return text.append("".join(f"\n → {words}" for words in d.todo), "bold yellow")
+
+
+def _detail(d: SummaryDialogue) -> Text:
+    """Return what is known about the finding under the cursor; its limits first, and the last units at the end."""
+    if not 0 <= d.row < len(d.findings):
+        return Text()
+    f, earlier = d.findings[d.row], d.facts.earlier.get(d.findings[d.row].quantity, ())
+    text = Text(f"{limits(f.lower, f.upper)}{pretty(after_number(f.unit))}   ", "bold")
+    text.append(pretty(d.detail), "not bold default")
+    if earlier:
+        series = np.array(earlier[::-1])
+        bars = "".join(bar_of(value, series)[0] for value in series)
+        text.append(f"\nlast {len(series)} units {bars}{usual_words(d.facts.usual.get(f.quantity))}", "not bold dim")
+    return text
+
+
+def aligned(values: Sequence[str]) -> list[str]:
+    """Return values with U below each other at their sign."""
+    parts = [value.partition(" ± ") for value in values]
+    before, behind = (max((len(part[n]) for part in parts), default=0) for n in (0, 2))
+    return [f"{number:>{before}}{sign}{U}".ljust(before + 3 + behind) for number, sign, U in parts]
+
+
+def _sign_words(d: SummaryDialogue) -> Text:
+    """Return who signs what, and what is asked for that, in order."""
+    facts, text = d.facts, Text(d.facts.operator, "bold")
+    if facts.result is None:
+        return text
+    sign = signs.UNITS[facts.result.word]
+    text.append("  ").append(f"{facts.serial} {sign.word.upper()}", sign.bold)
+    if facts.certificate is None:
+        asked = [*([] if d.accepted else ["why it is signed so, on the certificate"]), "passphrase, once a shift"]
+        text.append("".join(f"\n {n} {words}" for n, words in enumerate(asked, 1)), "not bold default")
+        text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
+        return text.append("\n\nQA countersigns afterwards: ^T", "dim")
+    text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")
+    return text.append("\n\n F10 ", "bold").append("next unit", "not bold default")
+
+
+def _ticks(d: SummaryDialogue, under_way: bool, between: str) -> Text:
+    """Return the steps of the certificate, each with its mark. under_way: it is signed at this moment."""
+    text, waits = Text(), under_way
+    for n, (words, done) in enumerate(d.certificate_steps):
+        mark, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("○", "dim")}[done]
+        if done is None and waits:
+            mark, style, waits = "◉", "bold bright_blue", False
+        text.append(between if n else "").append(f"{mark} {words}", style)
+    return text

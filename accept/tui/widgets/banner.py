@@ -1,4 +1,4 @@
-"""The result in letters that are seen from three metres, on a band of its colour."""
+"""The result in letters of three rows, which are seen from across the room."""
 
 from rich.text import Text
 from textual.widgets import Static
@@ -21,7 +21,6 @@ _LETTERS = {
 }
 _ROWS = 5
 _HALVES = {"00": " ", "10": "▀", "01": "▄", "11": "█"}
-_LARGE = (110, 30)  # columns and rows of a terminal on which a letter is five rows high
 
 
 class Banner(Static):
@@ -29,37 +28,19 @@ class Banner(Static):
 
     def __init__(self) -> None:
         super().__init__("", id="banner", markup=False)
-        self._word, self._style = "", ""
+        self.word = ""
 
     def show(self, word: str, style: str) -> None:
-        self._word, self._style = word, style
+        self.word = word
         self.display = bool(word)
-        self._draw()
+        self.update(Text("\n".join(drawn(word)), style, no_wrap=True))
 
     def on_mount(self) -> None:
-        self.display = bool(self._word)
-
-    def on_resize(self) -> None:
-        self._draw()
-
-    def _draw(self) -> None:
-        size = self.app.size
-        large = size.width >= _LARGE[0] and size.height >= _LARGE[1]
-        self.update(band(self._word, self._style, size.width, large))
+        self.display = bool(self.word)
 
 
-def band(word: str, style: str, width: int, large: bool) -> Text:
-    """Return a word in the middle of a band of `width` columns: five rows with letters ten columns wide if large, else
-    three rows of half blocks. A letter that has no drawing is left out."""
-    dots = [_dots(word, row) for row in range(_ROWS)]
-    if large:
-        lines = ["".join("██" if dot == "1" else "  " for dot in row) for row in dots]
-    else:
-        pairs = zip([*dots[0::2]], [*dots[1::2], "0" * len(dots[0])], strict=True)
-        lines = ["".join(_HALVES[upper + lower] for upper, lower in zip(*pair, strict=True)) for pair in pairs]
-    text = Text(no_wrap=True)  # a style of the whole would not take the colours of the theme
-    return text.append("\n".join(f"{line:^{width}}" for line in lines), f"reverse {style}")
-
-
-def _dots(word: str, row: int) -> str:
-    return "0".join(_LETTERS[letter][row] for letter in word.upper() if letter in _LETTERS)
+def drawn(word: str) -> list[str]:
+    """Return the three rows of a word, two dots in a cell. A letter that has no drawing is left out."""
+    dots = ["0".join(_LETTERS[letter][row] for letter in word.upper() if letter in _LETTERS) for row in range(_ROWS)]
+    pairs = zip([*dots[0::2]], [*dots[1::2], "0" * len(dots[0])], strict=True)
+    return ["".join(_HALVES[upper + lower] for upper, lower in zip(*pair, strict=True)) for pair in pairs]

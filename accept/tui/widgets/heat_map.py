@@ -9,59 +9,116 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.text import Text
 
+from accept.pictures.colours import MAP_STEPS
+from accept.pictures.words import pretty
 from checks.arrays import Array
 from checks.picture import Image, Line, Mark, Panel
 
 SHADES = " ·░▒▓█"
 REGION, PLACE = "o", "●"
 _LEFT = 9  # columns for the numbers of the y axis
+_HALVES = "before", "after"  # at the end of the names of rows
+_BETWEEN = 2  # columns between both
+_NARROWEST = 16  # columns of cells that say anything
 
 
-def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10) -> Text:
-    """Return the map with y upwards (downwards where its panel says so), the largest value fullest, numbers or names on
-    both axes and what marks say on top."""
-    names = panel.y_names
-    if panel.y_range is not None and panel.y_range[0] > panel.y_range[1]:
-        item, names = replace(item, y=item.y[::-1], z=item.z[::-1]), names[::-1]
-    left = map_left(panel)
-    cells = shaded(item, width, height)
-    for up, along in _region(item, panel, width, height):
-        cells[up][along] = REGION
-    place = _place(item, panel, width, height)
-    if place is not None:
-        cells[place[0]][place[1]] = PLACE
+def map_text(item: Image, panel: Panel, width: int = 58, height: int = 10, *, coloured: bool = False) -> Text:
+    """Return the map in a frame, with y upwards (downwards where its panel says so), the largest value fullest, numbers
+    or names on both axes and what marks say on top. coloured: cells have the colours of the page too."""
+    return _framed(item, panel, width, height, _limits(item), coloured)
+
+
+def side_by_side(item: Image, panel: Panel, width: int, height: int, *, coloured: bool = False) -> Text:
+    """Return a map of `width` columns, with its rows before and after beside each other on one scale if there is room
+    for both: what is different then stands at the same height."""
+    halves = [_half(item, panel, name) for name in _HALVES]
+    each = (width - _BETWEEN) // 2
+    if any(half is None for half in halves) or each - map_left(panel) < _NARROWEST:
+        return map_text(item, panel, width - map_left(panel) - 2, height, coloured=coloured)
+    drawn = [
+        _framed(*half, each - map_left(half[1]) - 2, height - 1, _limits(item), coloured).split("\n")
+        for half in halves
+        if half is not None
+    ]
     text = Text()
-    for n, row in enumerate(cells):
-        label = _name(names, n, height) if names else _y_label(item, n, height)
-        text.append(f"{label:>{left - 1}} ", "dim")
-        for marked, cells_alike in groupby(row, key=(REGION, PLACE).__contains__):
-            text.append("".join(cells_alike), "bold yellow" if marked else "bright_blue")
-        text.append("\n")
-    text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
-    upwards = f"up: {panel.y_label}" if panel.y_label else ""
-    text.append(" " * left + "; ".join(w for w in (panel.x_label, upwards, scale_words(item)) if w), "dim")
+    for name in _HALVES:
+        text.append(
+            f"{name:^{each + _BETWEEN}}".rstrip() if name == _HALVES[-1] else f"{name:^{each + _BETWEEN}}", "bold"
+        )
+    for before, after in zip(*drawn, strict=True):
+        before.truncate(each, pad=True)
+        text.append("\n").append_text(before).append(" " * _BETWEEN).append_text(after)
     return text
 
 
-def scale_words(item: Image) -> str:
+def _half(item: Image, panel: Panel, name: str) -> tuple[Image, Panel] | None:
+    """Return the rows whose names end so, with what is left of these; None if there are none."""
+    own = [n for n, row in enumerate(panel.y_names) if row.endswith(f" {name}")]
+    if not own:
+        return None
+    names = tuple(panel.y_names[n].removesuffix(f" {name}") for n in own)
+    return replace(item, y=np.arange(float(len(own))), z=item.z[own]), replace(panel, y_names=names)
+
+
+def _framed(item: Image, panel: Panel, width: int, height: int, limits: tuple[float, float], coloured: bool) -> Text:
+    names = panel.y_names
+    if panel.y_range is not None and panel.y_range[0] > panel.y_range[1]:
+        item, names = replace(item, y=item.y[::-1], z=item.z[::-1]), names[::-1]
+    left, level = map_left(panel), _levels(item, width, height, limits)
+    region, place = _region(item, panel, width, height), _place(item, panel, width, height)
+    text = Text()
+    text.append(" " * (left - 1) + f"┌{'─' * width}┐\n", "dim")
+    for n, row in enumerate(level):
+        label = _name(names, n, height) if names else _y_label(item, n, height)
+        text.append(f"{label:>{left - 2}} │", "dim")
+        cells = [_cell_of(n, column, int(value), region, place, coloured) for column, value in enumerate(row)]
+        for style, alike in groupby(cells, key=lambda cell: cell[1]):
+            text.append("".join(letter for letter, _ in alike), style)
+        text.append("│\n", "dim")
+    text.append(" " * (left - 1) + f"└{'─' * width}┘\n", "dim")
+    text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
+    upwards = f"up: {pretty(panel.y_label)}" if panel.y_label else ""
+    words = "; ".join(w for w in (pretty(panel.x_label), upwards, scale_words(item, limits)) if w)
+    return text.append(" " * left + words, "dim")
+
+
+def _cell_of(
+    row: int, column: int, level: int, region: set[tuple[int, int]], place: tuple[int, int] | None, coloured: bool
+) -> tuple[str, str]:
+    """Return letter and style of a cell; the estimate stands upon its region, and this upon the map."""
+    ground = MAP_STEPS[level * (len(MAP_STEPS) - 1) // (len(SHADES) - 1)]
+    if (row, column) == place or (row, column) in region:
+        return PLACE if (row, column) == place else REGION, f"bold {'red on ' + ground if coloured else 'yellow'}"
+    return SHADES[level], f"{ground} on {ground}" if coloured else "bright_blue"
+
+
+def scale_words(item: Image, limits: tuple[float, float]) -> str:
     """Return what the shades mean: the least value, the shades, and the largest."""
+    return f"{pretty(item.label)} {limits[0]:.3g} [{SHADES}] {limits[1]:.3g}".lstrip()
+
+
+def _limits(item: Image) -> tuple[float, float]:
     known = item.z[np.isfinite(item.z)]
-    return f"{item.label} {known.min():.3g} [{SHADES}] {known.max():.3g}".lstrip() if known.size else item.label
+    return (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
 
 
 def map_left(panel: Panel) -> int:
     """Return how many columns the names or numbers of the y axis need."""
-    return max([_LEFT, *(len(name) + 2 for name in panel.y_names)])
+    return max([_LEFT, *(len(name) + 3 for name in panel.y_names)])
 
 
 def shaded(item: Image, width: int, height: int) -> list[list[str]]:
-    """Return a map of height x width characters; a column that stands for several shows the largest, so that no narrow
-    peak is lost."""
+    """Return the shades of a map of height x width."""
+    return [[SHADES[int(level)] for level in row] for row in _levels(item, width, height, _limits(item))]
+
+
+def _levels(item: Image, width: int, height: int, limits: tuple[float, float]) -> NDArray[np.int_]:
+    """Return which shade each of height x width cells has; a column that stands for several has that of the largest, so
+    that no narrow peak is lost."""
     z = _columns(item.z[_rows(item.z.shape[0], height)], width)
-    known = np.isfinite(z)
-    lo, hi = (float(z[known].min()), float(z[known].max())) if known.any() else (0.0, 0.0)
-    level = np.zeros(z.shape) if hi == lo else (np.where(known, z, lo) - lo) / (hi - lo)
-    return [[SHADES[min(int(v * len(SHADES)), len(SHADES) - 1)] for v in row] for row in level]
+    lo, hi = limits
+    level = np.zeros(z.shape) if hi == lo else (np.where(np.isfinite(z), z, lo) - lo) / (hi - lo)
+    return np.asarray(np.clip((level * len(SHADES)).astype(int), 0, len(SHADES) - 1))
 
 
 def _columns(z: Array, width: int) -> Array:

@@ -16,7 +16,8 @@ from accept.workflow.steps.section import repeated
 from checks.acceptance import POSITIONS_MM
 from checks.picture import Heights, Panel
 
-_HUGE_FROM = 170  # columns with room for three
+TARGET = "target"  # name of a panel that needs height
+_HUGE_FROM, _TALL_FROM = 170, 45  # columns and rows with room for more panels
 
 
 def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
@@ -25,7 +26,7 @@ def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
     panels, judgement = session.judgements.panels(step.name), session.judgements.of_step(step.name)
     target = None if judgement is None else offset_panel(judgement.findings, session.judgements.before)
     if target is not None:
-        return {"target": target, **panels}
+        return {TARGET: target, **panels}
     return panels or _points(session, step)
 
 
@@ -64,8 +65,9 @@ class Pictures(Vertical):
             self._draw()
 
     def _shown(self) -> list[Panel]:
-        width = self.app.size.width
-        return list(self.panels.values())[: 3 if width >= _HUGE_FROM else 2 if width >= WIDE_FROM else 0]
+        width, height = self.app.size
+        beside = 3 if width >= _HUGE_FROM else 1 if TARGET in self.panels and height < _TALL_FROM else 2
+        return list(self.panels.values())[: beside if width >= WIDE_FROM else 0]
 
     def _draw(self) -> None:
         """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old

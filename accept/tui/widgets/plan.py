@@ -12,6 +12,7 @@ from checks.picture import Heights
 _BARS = "▁▂▃▄▅▆▇█"
 _HIGH, _LOW, _PAD, _QUIET, _NEXT = "bright_cyan", "yellow", "bright_black", "dim", "bold bright_blue"
 _NONE, _DUE = "·", "◉"
+_AROUND = 7  # rows of frames, of heights below their numbers, and of the label
 
 
 def plan(item: Heights, width: int = 56, height: int = 11) -> Raster:
@@ -20,6 +21,10 @@ def plan(item: Heights, width: int = 56, height: int = 11) -> Raster:
     words, longest = height_words(item.z), len(str(len(item.z)))
     due = next((n for n, z in enumerate(item.z) if not math.isfinite(z)), None)
     each = max(longest + 2, *map(len, words))
+    span = (
+        float(np.ptp(item.x)) or 1.0
+    )  # a cell is twice as high as wide: about to scale, with room for two rows a point
+    height = min(height, _AROUND + round(width / 2 * float(np.ptp(item.y)) / span))
     places = _places(item, each, width, height - 1)
     raster = Raster(width, max(height, 4 + max(row for row, _ in places)))
     for left, right, top, foot in _pads(item, places, each):

@@ -15,7 +15,7 @@ from textual.widgets import Static
 
 from accept.pictures.scale import Scale, scales
 from accept.pictures.words import pretty
-from accept.tui.widgets.heat_map import map_left, map_text
+from accept.tui.widgets.heat_map import side_by_side
 from accept.tui.widgets.plan import plan
 from accept.tui.widgets.raster import DOWN, GRID, Raster
 from checks.arrays import Array
@@ -324,13 +324,13 @@ class PanelPlot(Static):
     def _draw(self) -> None:
         width, height = self.size
         kept = next((item for item in self._panel.items if isinstance(item, Image | Heights)), None)
+        few = self.app.has_class("-few-colours")
         if isinstance(kept, Image):
-            room = max(_NARROWEST, width) - map_left(self._panel) - 1
-            self.update(map_text(kept, self._panel, width=room, height=max(3, height - 2)))
+            wide, tall = max(_NARROWEST, width), max(3, height - 4)
+            self.update(side_by_side(kept, self._panel, wide, tall, coloured=not few))
         elif kept is not None:
             self.update(plan(kept, width, height).text())
         else:
-            few = self.app.has_class("-few-colours")
             ground = "" if few else f"on {self.app.theme_variables['panel']}"
             self.update(draw(self._panel, width, height, ground).text())
 

@@ -25,7 +25,7 @@ _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
 
 # Effects without a parameter. RING: a new result can be heard.
-Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN")
+Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN OPEN_PAGE")
 
 
 class AskedLine(Enum):
@@ -85,8 +85,9 @@ class KeepPassphrase:
 
 @dataclass(frozen=True)
 class SignAsTechnician:
-    """Sign as technician; `signed` follows. passphrase: "" for that of the shift, or F2 once more if it was forgotten
-    meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words about them that are read before."""
+    """Sign as technician; `signed` follows. passphrase: "" for that of the shift, or its key once more if it was
+    forgotten meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words about them that are read
+    before."""
 
     passphrase: str = field(default="", repr=False)
     reason: str = field(default="", repr=False)
@@ -114,12 +115,12 @@ def _say(d: SummaryDialogue, words: str, role: str = "quiet", *effects: object) 
 
 
 def _shown(d: SummaryDialogue) -> Turn:
-    words = "Signed. F3: countersign, F4: next unit" if d.facts.certificate is not None else "F2: sign this result"
+    words = "Signed. ^T: countersign, F10: next unit" if d.facts.certificate is not None else "^S: sign this result"
     return _say(replace(d, row=d.worst, failed=False), words).then(_sign_then)
 
 
 def _sign_then(d: SummaryDialogue) -> Turn:
-    """Go on to sign, if F2 came before the result and no question is open."""
+    """Go on to sign, if its key came before the result and no question is open."""
     if not (d.signs and d.facts.in_front and d.facts.result is not None):
         return Turn(d)
     return _sign(replace(d, signs=False))
@@ -135,6 +136,17 @@ def not_judged(d: SummaryDialogue) -> Turn:
     return Turn(replace(d, failed=True))
 
 
+def _judge_again(d: SummaryDialogue) -> Turn:
+    """Judge again what was stopped or failed."""
+    return Turn(replace(d, failed=False), (Do.JUDGE,)) if d.failed and d.facts.idle else Turn(d)
+
+
+def _open_page(d: SummaryDialogue) -> Turn:
+    if d.facts.certificate is None:
+        return _say(d, "No certificate yet. ^S: sign", "bad")
+    return Turn(d, (Do.OPEN_PAGE,))
+
+
 def marked(d: SummaryDialogue, row: int) -> Turn:
     """Tell about the finding under the cursor."""
     return Turn(replace(d, row=row) if row >= 0 else d)
@@ -147,13 +159,13 @@ def _sign(d: SummaryDialogue) -> Turn:
         words = "Evaluating; then you confirm what is signed"
         return _say(replace(d, signs=True), words, "quiet", *judge, LookForKeys(TECHNICIAN, ahead=True))
     if d.facts.certificate is not None:
-        return _say(d, "Already signed. F3: countersign", "bad")
+        return _say(d, "Already signed. ^T: countersign", "bad")
     return Turn(d, (LookForKeys(TECHNICIAN),))
 
 
 def _countersign(d: SummaryDialogue) -> Turn:
     if d.facts.certificate is None:
-        return _say(d, "The technician must sign first: F2", "bad")
+        return _say(d, "The technician must sign first: ^S", "bad")
     if len(d.facts.signatures) > 1:
         return _say(d, "Already countersigned", "bad")
     return Turn(d, (LookForKeys(QA),))
@@ -220,7 +232,7 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
     d, tells = replace(d, report=report), d.facts.training and not report.countersigned
     hidden = (Do.TELL_HIDDEN,) if tells else ()
     if report.outcome == VALID:
-        return _say(d, "Signed and verified. F4: next unit", "good", *hidden)
+        return _say(d, "Signed and verified. F10: next unit", "good", *hidden)
     if report.outcome == SIGNED:
         return _say(d, f"Signed, not fully verified: {report.reason}", "bad", *hidden)
     return _say(d, f"The certificate does not verify: {report.reason}", "bad", *hidden)
@@ -228,9 +240,11 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
 
 press: Callable[[SummaryDialogue, str], Turn] = by_key(
     {
-        "f2": _sign,
-        "f3": _countersign,
-        "f4": lambda d: Turn(d, (Do.NEXT_UNIT,)),
+        "ctrl+s": _sign,
+        "ctrl+t": _countersign,
+        "ctrl+e": _open_page,
+        "f8": _judge_again,
+        "f10": lambda d: Turn(d, (Do.NEXT_UNIT,)),
         "ctrl+l": lambda d: Turn(d, (Do.LOCK,)),
         "ctrl+r": lambda d: Turn(d, (Do.ASK_REMEDY,)),
         "escape": lambda d: Turn(d, (Do.STOP_OR_LEAVE,)),

@@ -44,14 +44,18 @@ class Report(Protocol):
 @dataclass(frozen=True)
 class SummaryFacts:
     """The unit as it is in the store. result: of the last judgement, None if its inputs have changed since; refused:
-    quantity -> the record that it lacks; steps: name -> name in a list; idle: nothing is under way; in_front:
-    no question stands in front of the summary."""
+    quantity -> the record that it lacks; steps: name -> name in a list; about: quantity -> its requirement and what
+    measured it, a line each; usual, earlier: quantity -> what the units before showed; idle: nothing is under way;
+    in_front: no question stands in front of the summary."""
 
     serial: str
     operator: str
     result: UnitRecord | None
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     steps: Mapping[str, str] = field(default_factory=dict)
+    about: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    usual: Mapping[str, float] = field(default_factory=dict)
+    earlier: Mapping[str, Sequence[float]] = field(default_factory=dict)
     nonconformances: Sequence[str] = ()
     verdict: str = ""
     certificate: str | None = None
@@ -64,8 +68,8 @@ class SummaryFacts:
 
 @dataclass(frozen=True)
 class SummaryDialogue:
-    """row: the finding whose reason is shown; signs: F2 came before the result; report: of the certificate that was
-    signed here; failed: there is no result."""
+    """row: the finding whose reason is shown; signs: its key came before the result; report: of the certificate
+    that was signed here; failed: there is no result."""
 
     facts: SummaryFacts
     row: int = 0
@@ -94,6 +98,27 @@ class SummaryDialogue:
         return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]
 
     @property
+    def closest(self) -> str:
+        """Return which quantity lies closest to one of its two limits, "" without any that has two."""
+        shares = {
+            label_of(f.quantity): min(f.value - f.lower, f.upper - f.value) / (f.upper - f.lower)
+            for f in self.findings
+            if f.value is not None and f.lower is not None and f.upper is not None
+        }
+        if not shares or min(shares.values()) < 0.0:
+            return ""
+        label = min(shares, key=lambda each: shares[each])
+        return f"closest to a limit: {label}, {shares[label]:.0%} of its zone away"
+
+    @property
+    def certificate_steps(self) -> list[tuple[str, bool | None]]:
+        """Return the steps of a certificate: what is done, what failed (False) and what is still to come (None)."""
+        signed = self.facts.certificate is not None or None
+        verified = None if self.report is None else self.report.outcome == VALID
+        countersigned = len(self.facts.signatures) > 1 or None
+        return [("sign", signed), ("store", signed), ("verify", verified), ("QA", countersigned)]
+
+    @property
     def todo(self) -> list[str]:
         """Return what to do first."""
         files = {refused.file: refused for refused in self.facts.refused.values()}
@@ -107,8 +132,8 @@ class SummaryDialogue:
 
     @property
     def detail(self) -> str:
-        """Return why a finding is what it is and what to do about it unless it stands below the verdict, and what was
-        noted about the unit."""
+        """Return why a finding is what it is and what to do about it unless it stands below the verdict, what asks for
+        it and what measured it."""
         if not 0 <= self.row < len(self.findings) or self.facts.result is None:
             return ""
         f, said = self.findings[self.row], "\n → ".join(self.todo)
@@ -120,10 +145,14 @@ class SummaryDialogue:
         if self.facts.result.nonconformances:
             hold = ADVICE[Cause.NONCONFORMANCE]
             lines.append(f"→ {hold.removeprefix('sign; ') if self.facts.certificate is not None else hold}")
-        return "\n".join([*lines, *self._notes(self.facts.result)])
+        return "\n".join([*lines, *self.facts.about.get(f.quantity, ())])
 
-    def _notes(self, result: UnitRecord) -> list[str]:
+    @property
+    def notes(self) -> list[str]:
         """Return the notes, those that were typed first, each with its step as people read it."""
+        result = self.facts.result
+        if result is None:
+            return []
         parts = (n.partition(": ") for n in sorted(result.notes, key=lambda note: not is_typed_note(note)))
         return [without_hashes(f"{self.facts.steps.get(step, step)}{colon}{words}") for step, colon, words in parts]
 
@@ -133,7 +162,7 @@ class SummaryDialogue:
         if facts.certificate is None and facts.void is not None:
             lacks = " and lacks the nonconformance" if facts.nonconformances else ""
             void = f"✗ {Path(facts.void).name} is void: it is older than the last change{lacks}"
-            return f"Certificate: not signed. {void}\n→ Do not hand it out. F2: sign again, which replaces it"
+            return f"Certificate: not signed. {void}\n→ Do not hand it out. ^S: sign again, which replaces it"
         if facts.certificate is None:
             return f"Certificate: not signed. Judged in the name of {shown_name(facts.operator, typed=True)}"
         words = f"Certificate: {facts.certificate}"

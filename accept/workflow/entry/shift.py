@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 SHIFT_S = 8 * 3600.0  # after it the passphrase is asked for again
-NOT_TAKEN = "That is a passphrase: it was not taken and is stored nowhere. The summary asks for it, by F2"
+NOT_TAKEN = "That is a passphrase: it was not taken and is stored nowhere. The summary asks for it, by ^S"
 IDLE_S = 15 * 60.0  # without a key: the technician has left the bench
 
 

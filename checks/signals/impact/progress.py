@@ -1,11 +1,12 @@
 """A hammer test while it runs: which hits are good so far, and how many more are needed."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from checks.arrays import Array
-from checks.signals.impact.hammer import analyse
+from checks.signals.impact.hammer import ImpactFrf, analyse
 from checks.signals.impact.impacts import CLOSE, Impact, ImpactRules, find_impacts, upright
 
 _SEEN_AFTER_s = 0.2  # a rebound shows within, so a hit is not judged sooner
@@ -14,12 +15,14 @@ _SEEN_AFTER_s = 0.2  # a rebound shows within, so a hit is not judged sooner
 @dataclass(frozen=True)
 class HitsSoFar:
     """hits: those that can be judged, in order; coming: whether one is still too young; coherence: median over the band
-    that the good ones drive, NaN for fewer than two."""
+    that the good ones drive, NaN for fewer than two; frf: of these, None for fewer; band_Hz: that is looked at."""
 
     hits: tuple[Impact, ...]
     coming: bool
     needed: int
     coherence: float
+    frf: ImpactFrf | None = None
+    band_Hz: tuple[float, float] = (0.0, math.inf)
 
     @property
     def good(self) -> int:
@@ -65,4 +68,4 @@ def hits_so_far(
     if test.frf is not None:
         inside = test.frf.driven & (band_Hz[0] <= test.frf.f) & (test.frf.f <= band_Hz[1])
         coherence = float(np.median(test.frf.coherence[inside])) if inside.any() else float("nan")
-    return HitsSoFar(hits, coming, needed, coherence)
+    return HitsSoFar(hits, coming, needed, coherence, test.frf, band_Hz)

@@ -15,6 +15,7 @@ from accept.certificate.trust import key_changes, keys
 from accept.commands.trust.verify import VerifyOptions, verify_here
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.start import Given
+from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
@@ -65,7 +66,8 @@ async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
         table = pilot.app.screen.query_one(DataTable)
         assert [str(table.get_cell(key, "mark")).strip() for key in table.rows] == ["✓"] * 4
         await press(pilot, "f9")
-        assert "ACCEPTED" in words(pilot, "#verdict")
+        assert pilot.app.screen.query_one(Banner).word == "accepted"
+        assert words(pilot, "#verdict").startswith("All 5 quantities pass")
         await sign_first(pilot)
         assert "✓ verified: APA-02 accepted" in words(pilot, "#certificate")
         qa_key("Quinn", "battery staple")

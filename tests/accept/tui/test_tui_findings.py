@@ -14,7 +14,7 @@ from accept.base.documents.results import Information
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
-from accept.tui.widgets.heat_map import map_text, shaded
+from accept.tui.widgets.heat_map import map_text, shaded, side_by_side
 from accept.tui.widgets.plan import height_words, plan
 from accept.tui.widgets.plot import PanelPlot, PanelView, apart, draw, thin
 from checks.acceptance import CHECKS
@@ -75,13 +75,31 @@ def test_rows_have_their_names_from_above_and_the_middle_of_a_logarithmic_axis_i
         "G", "frequency [Hz]", "", (image,), x_log=True, y_range=(1.5, -0.5), y_names=("de before", "de after")
     )
     lines = map_text(image, panel, width=41, height=4).plain.splitlines()
-    assert lines[0].lstrip().startswith("de before")
-    assert lines[2].lstrip().startswith("de after")
-    assert lines[0].count("█") == 21
-    assert "█" not in lines[2] + lines[3]
-    assert lines[4].split() == ["10", "100", "1e+03"]
-    assert "up:" not in lines[5]
-    assert "log10 of G 0 [ ·░▒▓█] 4" in lines[5]  # the scale
+    assert lines[0].strip() == "┌" + 41 * "─" + "┐"
+    assert lines[1].lstrip().startswith("de before")
+    assert lines[3].lstrip().startswith("de after")
+    assert lines[1].count("█") == 21
+    assert "█" not in lines[3] + lines[4]
+    assert lines[6].split() == ["10", "100", "1e+03"]
+    assert "up:" not in lines[7]
+    assert "log10 of G 0 [ ·░▒▓█] 4" in lines[7]  # the scale
+
+
+def test_before_and_after_stand_beside_each_other_on_one_scale() -> None:
+    z = np.zeros((4, 60))
+    z[0, 30:], z[1, 30:], z[2] = 4.0, 2.0, 1.0
+    image = Image(np.linspace(1.0, 60.0, 60), np.arange(4.0), z, "G")
+    panel = Panel("G", "f [Hz]", "", (image,), y_range=(3.5, -0.5),
+                  y_names=("de before", "de after", "da before", "da after"))  # fmt: skip
+    lines = side_by_side(image, panel, 100, 6).plain.splitlines()
+    assert lines[0].split() == ["before", "after"]
+    assert max(map(len, lines)) <= 100
+    (row,) = (line for line in lines if "de │" in line)
+    left, right = row[:51], row[51:]
+    assert "█" in left
+    assert "█" not in right  # it is half as high, and not the largest of its own map
+    assert "▒" in right or "░" in right
+    assert "de before" in side_by_side(image, panel, 44, 8).plain  # where there is no room: rows of one map
 
 
 def test_points_upon_a_curve_leave_the_curve_to_be_seen():
@@ -208,7 +226,7 @@ async def test_a_map_beside_another_picture_stays_in_its_lines():
         for view in pilot.app.query(PanelPlot):
             rows = str(view.render()).splitlines()
             assert 30 <= max(map(len, rows)) <= view.size.width
-            assert sum(row.endswith("█") for row in rows) == view.size.height - 2
+            assert sum(row.endswith("█│") for row in rows) == view.size.height - 4
 
 
 def test_a_narrow_peak_stays_in_a_narrow_map():

@@ -232,7 +232,7 @@ async def test_a_certificate_from_before_a_nonconformance_is_called_void():
         shown_words = words(pilot, "#certificate")
         assert "APA-02.pdf is void" in shown_words
         assert "lacks the nonconformance" in shown_words
-        assert "→ Do not hand it out. F2: sign again" in shown_words
+        assert "→ Do not hand it out. ^S: sign again" in shown_words
         await press(pilot, "f2")
         await type_line(pilot, "correct horse")
         await type_line(pilot, WHY)

@@ -118,8 +118,9 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
         await to_steps(pilot)
         await open_row(pilot, "gap")
         said = words(pilot, "#answer")
-        assert "The APA sits 12 um (x) and 149 um (y) beside the axis of the joints." in said
-        assert "dy 149.0 um (143.0 to 155.0)" in said
+        assert "The APA sits 12 µm (x) and 149 µm (y) beside the axis of the joints." in said
+        assert "dy 149.0 µm (143.0 to 155.0)" in said
+        assert "shows in de, 170 to 215 Hz, 14 dB above chance" in said
         assert "de 81 → 1" in said
         await press(pilot, "escape")
         assert "cause found" in str(pilot.app.screen.query_one(DataTable).get_cell("gap", "title"))
@@ -127,7 +128,7 @@ async def test_what_is_missing_is_told_kept_and_stands_in_the_list(begun, monkey
     async with running(loader("strut")) as pilot:  # after a restart it is there without another search
         await to_steps(pilot)
         await open_row(pilot, "gap")
-        assert "149 um (y)" in words(pilot, "#answer")
+        assert "149 µm (y)" in words(pilot, "#answer")
         await press(pilot, "f7")
         assert picture(pilot)
         link = pilot.app.session.step("frf").check.inputs["low_repeat"]

@@ -19,7 +19,7 @@ from accept.store import open_store
 from accept.tui.screens.step import StepScreen
 from accept.units import unit_folder
 from accept.workflow.dialogue.begin import Begun
-from accept.workflow.training import hidden_words, open_training, training_request
+from accept.workflow.training import TrainingScore, TrainingUnit, hidden_words, open_training, training_request
 from tests.accept.tui.tui_help import press, running, words
 
 PASSPHRASE = "correct horse"
@@ -84,6 +84,12 @@ class Technician:
         await self.types(PASSPHRASE)
         await self.types(PASSPHRASE)
 
+    async def guesses(self) -> None:
+        """What is hidden, before it is told."""
+        assert self.screen == "Choice"
+        unit = self.pilot.app.screen_stack[-2].bench.training
+        await press(self.pilot, str(1 + unit._possible.index(unit._asked.fault)))
+
     async def puts_right(self, remedy: str) -> None:
         await self.press("ctrl+r")
         options = self.pilot.app.screen.query_one(OptionList)
@@ -107,6 +113,8 @@ async def test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accept
         assert "reverse the connection of sensor stack Vs" in words(pilot, "#verdict")
         assert verdicts(pilot)["axial_resonance_Hz"] == "no_result"
         await ann.signs()
+        await ann.guesses()
+        assert pilot.app.screen._text.startswith("Right! 1 of 1 guessed right this session.")
         assert "It was not put right" in pilot.app.screen._text
         assert ann.keys <= MOST_KEYS["apa"], ann.keys
         assert ann.in_time("apa")
@@ -160,6 +168,7 @@ async def test_a_strut_without_encoder_up_to_the_signature():
         await ann.press("f2")
         for _ in range(2):  # an accepted unit asks for no reason
             await ann.types(PASSPHRASE)
+        await ann.guesses()
         assert "Nothing was wrong" in pilot.app.screen._text
     bench.close()
 
@@ -188,6 +197,31 @@ async def test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_
     assert bench.next_serial() == "TRAIN-000006"
     session.close()
     bench.close()
+
+
+@pytest.mark.parametrize("kind", ["apa", "strut", "strut-plates"])
+def test_the_truth_is_one_of_up_to_seven_choices_and_its_place_tells_nothing(kind: str) -> None:
+    places = set()
+    for seed in range(20):
+        unit = TrainingUnit.__new__(TrainingUnit)  # without its records, which take seconds
+        unit._asked, unit._guessed = training_request(kind, "T-1", seed), False
+        assert unit._possible.count(unit._asked.fault) == 1
+        assert len(set(unit.choices)) == len(unit.choices) <= 7
+        assert list(unit.choices) == list(unit.choices)  # the same when it is asked again
+        places.add(unit._possible.index(unit._asked.fault))
+    assert len(places) > 1
+
+
+def test_guesses_are_counted_over_the_units_of_a_session_and_each_unit_once() -> None:
+    score = TrainingScore()
+    for seed, right in ((1, True), (2, False), (3, True)):
+        unit = TrainingUnit.__new__(TrainingUnit)
+        unit._asked, unit._guessed, unit._score = training_request("apa", "T-1", seed), False, score
+        at = unit._possible.index(unit._asked.fault)
+        told = unit.guess(at if right else (at + 1) % len(unit._possible))
+        assert told.startswith("Right!" if right else "No.")
+        assert unit.choices == ()
+    assert told.endswith("2 of 3 guessed right this session.")
 
 
 async def test_a_spec_without_responses_can_be_practised_and_offers_no_remedy_for_them():

@@ -298,7 +298,7 @@ async def test_a_passphrase_that_is_typed_before_it_is_asked_for_is_not_shown_an
             assert "co" not in words(pilot, "#status")
         await press(pilot, "enter", "enter")
         assert screen(pilot) == "Summary"
-        assert "F2 first" in words(pilot, "#status")
+        assert "^S first" in words(pilot, "#status")
         assert "horse" not in words(pilot, "#status")
 
 

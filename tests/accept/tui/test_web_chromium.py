@@ -223,7 +223,7 @@ def back(at: Browser) -> None:
 
 def sign(at: Browser) -> None:
     at.press("F9")
-    at.wait_for("F2: sign this result")
+    at.wait_for(r"\^S: sign this result")
     at.press("F2")
     at.wait_for("Repeat passphrase")
     asked = "Why it is signed" in at.text[at.seen :]  # of a unit that is not accepted

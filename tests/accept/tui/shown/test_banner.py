@@ -5,7 +5,7 @@ from textual.app import App
 from textual.widgets import DataTable
 
 from accept.tui.screens import summary
-from accept.tui.widgets.banner import _LETTERS, Banner, band
+from accept.tui.widgets.banner import _LETTERS, Banner, drawn
 from checks.verdict import UnitVerdict
 from tests.accept.tui.tui_help import at_rest, begin, press, running, settled, shown, until
 
@@ -15,11 +15,11 @@ WORDS = [*map(str, UnitVerdict), "held"]
 @pytest.mark.parametrize("word", WORDS)
 def test_every_verdict_is_drawn_whole(word: str):
     assert set(word.upper()) <= set(_LETTERS)
-    for width, large, rows in ((80, False, 3), (140, True, 5)):
-        lines = band(word, "bold green", width, large).plain.splitlines()
-        assert len(lines) == rows
-        assert {len(line) for line in lines} == {width}  # the band reaches from edge to edge and into no further line
-    assert "reverse" in str(band(word, "bold green", 80, False).spans[0].style)  # seen without colours too
+    rows = drawn(word)
+    assert len(rows) == 3
+    assert len({len(row) for row in rows}) == 1
+    assert len(rows[0]) <= 76  # and a margin, in a terminal of 80
+    assert len(rows[0]) == sum(len(_LETTERS[letter][0]) + 1 for letter in word.upper()) - 1
 
 
 def test_letters_differ():
@@ -34,10 +34,13 @@ async def test_the_result_is_large_and_can_be_heard(monkeypatch: pytest.MonkeyPa
         await begin(pilot)
         monkeypatch.setattr(App, "bell", lambda self: bells.append(1))
         await press(pilot, "f9")
-        await shown(pilot, "#verdict", "INCOMPLETE")
+        await shown(pilot, "#verdict", "not measured")
         await until(lambda: len(bells) >= 3)
         await settled(pilot)
         assert len(bells) == 3
-        assert pilot.app.screen.query_one(Banner).size.height == 3
+        banner = pilot.app.screen.query_one(Banner)
+        assert (banner.word, banner.size.height) == ("incomplete", 3)
+        rows = [strip.text for strip in pilot.app.screen._compositor.render_strips()]
+        assert sum("INCOMPLETE" in row.upper() for row in rows) == 0  # once, in its letters
         pilot.app.screen.query_one(DataTable).clear()  # judged anew: it is empty for a moment
         await at_rest(pilot)

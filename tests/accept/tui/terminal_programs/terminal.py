@@ -106,7 +106,7 @@ class Technician:
         unit that is not accepted."""
         self.at.wait_for("Enter: open the step")
         self.at.press("F9")
-        self.at.wait_for("F2: sign this result")
+        self.at.wait_for(r"\^S: sign this result")
         self.at.press("F2")
         self.at.wait_for("Repeat passphrase")
         for line in (*([why] if why else []), "correct horse", "correct horse"):

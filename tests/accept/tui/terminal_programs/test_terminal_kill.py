@@ -124,7 +124,7 @@ def work(ann: Technician) -> None:
         ann.back()
         ann.at.wait_for("Enter: open the step")
     ann.at.press("F9")
-    ann.at.wait_for(r"F2: sign this result|Signed\. F3")
+    ann.at.wait_for(r"\^S: sign this result|Signed\. \^T")
     if attempt is None or attempt.certificate is None:
         sign(ann)
     ann.at.wait_for(r"✓ verified|◐ signed|Signed\. F3")

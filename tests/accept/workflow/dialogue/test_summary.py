@@ -76,12 +76,12 @@ class TestResult:
     def test_a_unit_without_a_result_is_judged_and_one_with_a_result_is_shown(self):
         assert dialogue.opening(OPEN).effects == (Do.JUDGE,)
         shown = dialogue.opening(ACCEPTED)
-        assert (shown.effects, shown.words.text) == ((), "F2: sign this result")
-        assert dialogue.opening(SIGNED).words.text == "Signed. F3: countersign, F4: next unit"
+        assert (shown.effects, shown.words.text) == ((), "^S: sign this result")
+        assert dialogue.opening(SIGNED).words.text == "Signed. ^T: countersign, F10: next unit"
 
     def test_a_new_result_can_be_heard(self):
         judged = dialogue.judged(SummaryDialogue(REJECTED))
-        assert (judged.effects, judged.words.text) == ((Do.RING,), "F2: sign this result")
+        assert (judged.effects, judged.words.text) == ((Do.RING,), "^S: sign this result")
 
     def test_the_cursor_stands_at_the_first_finding_that_is_no_pass_and_tells_why(self):
         d = dialogue.judged(SummaryDialogue(REJECTED)).state
@@ -108,14 +108,39 @@ class TestResult:
         d = SummaryDialogue(replace(ACCEPTED, result=held, nonconformances=held.nonconformances))
         assert d.status(STIFF) is Status.HELD
         assert f"→ {ADVICE[Cause.NONCONFORMANCE]}" in d.detail
-        assert d.detail.endswith("Stroke: cracked")
+        assert d.notes == ["Stroke: cracked"]
         signed = replace(d, facts=replace(d.facts, certificate=PATH))
         assert "→ sign; " not in signed.detail
 
     def test_notes_of_people_come_first(self):
         facts = replace(ACCEPTED, result=result(notes=("stroke: of the program", typed_note("stroke", "ours"))))
         shown = ['Stroke: typed note: "ours"', "Stroke: of the program"]
-        assert SummaryDialogue(facts).detail.splitlines()[-2:] == shown
+        assert SummaryDialogue(facts).notes == shown
+        assert SummaryDialogue(OPEN).notes == []
+
+    def test_what_asks_for_a_finding_and_what_measured_it_stands_behind_its_reason(self):
+        facts = replace(ACCEPTED, about={"k_N_per_um": ("limits: REQ-07", "LCR no. 1, calibrated until 2027-03-14")})
+        lines = dialogue.marked(SummaryDialogue(facts), 0).state.detail.splitlines()
+        assert "passes if" in lines[0]
+        assert lines[1:] == ["limits: REQ-07", "LCR no. 1, calibrated until 2027-03-14"]
+        assert len(dialogue.marked(SummaryDialogue(facts), 1).state.detail.splitlines()) == 1  # of another quantity
+
+    def test_the_quantity_closest_to_a_limit_is_named_with_how_far_that_is(self):
+        near = replace(STROKE, value=1.66)  # a fifth of 1.6 to 1.9
+        assert SummaryDialogue(replace(ACCEPTED, result=result(STIFF, near))).closest == (
+            "closest to a limit: Stroke, three stacks, 20% of its zone away"
+        )
+        one_sided = replace(STROKE, upper=None)
+        assert SummaryDialogue(replace(ACCEPTED, result=result(one_sided))).closest == ""
+        assert SummaryDialogue(replace(ACCEPTED, result=result(replace(STROKE, value=1.5)))).closest == ""  # outside
+
+    def test_what_was_stopped_is_judged_again_and_what_is_judged_is_not(self):
+        """Red before: the screen stayed empty, and nothing on it named a key that went on."""
+        failed = dialogue.not_judged(SummaryDialogue(OPEN)).state
+        again = dialogue.press(failed, "f8")
+        assert (again.effects, again.state.failed) == ((Do.JUDGE,), False)
+        assert dialogue.press(replace(failed, facts=replace(OPEN, idle=False)), "f8").effects == ()
+        assert press(ACCEPTED, "f8").effects == ()
 
     def test_a_judgement_that_failed_is_not_called_a_result(self):
         failed = dialogue.not_judged(SummaryDialogue(OPEN))
@@ -133,16 +158,31 @@ class TestCertificate:
         verified = SummaryDialogue(SIGNED, report=Report()).certificate_words
         assert verified == f"✓ verified: APA-02 accepted\nCertificate: {PATH}"
 
+    def test_its_steps_are_done_failed_or_still_to_come(self):
+        def steps(facts: SummaryFacts, report: Report | None = None) -> list[bool | None]:
+            return [done for _, done in SummaryDialogue(facts, report=report).certificate_steps]
+
+        assert [words for words, _ in SummaryDialogue(ACCEPTED).certificate_steps] == ["sign", "store", "verify", "QA"]
+        assert steps(ACCEPTED) == [None, None, None, None]
+        assert steps(SIGNED) == [True, True, None, None]  # of an earlier run: not verified here
+        assert steps(SIGNED, Report()) == [True, True, True, None]
+        assert steps(SIGNED, Report("not valid")) == [True, True, False, None]
+        assert steps(replace(SIGNED, signatures=(ANN, replace(ANN, role=QA))), Report()) == [True] * 4
+
+    def test_its_page_is_opened_once_there_is_one(self):
+        assert press(SIGNED, "ctrl+e").effects == (Do.OPEN_PAGE,)
+        assert press(ACCEPTED, "ctrl+e").words.text == "No certificate yet. ^S: sign"
+
     def test_a_void_one_is_not_to_be_handed_out(self):
         words = SummaryDialogue(replace(ACCEPTED, void=PATH)).certificate_words
-        assert "✗ APA-02.pdf is void: it is older than the last change\n→ Do not hand it out. F2: sign again" in words
+        assert "✗ APA-02.pdf is void: it is older than the last change\n→ Do not hand it out. ^S: sign again" in words
         held = SummaryDialogue(replace(ACCEPTED, void=PATH, nonconformances=("stroke: cracked",)))
         assert "and lacks the nonconformance" in held.certificate_words
 
     @pytest.mark.parametrize(
         ("outcome", "words", "role"),
         [
-            ("valid", "Signed and verified. F4: next unit", "good"),
+            ("valid", "Signed and verified. F10: next unit", "good"),
             ("signed", "Signed, not fully verified: APA-02 accepted", "bad"),
             ("not valid", "The certificate does not verify: APA-02 accepted", "bad"),
         ],
@@ -159,7 +199,7 @@ class TestCertificate:
 
 class TestSigning:
     def test_an_accepted_unit_is_signed_with_a_passphrase_alone(self):
-        assert press(ACCEPTED, "f2").effects == (LookForKeys(TECHNICIAN),)
+        assert press(ACCEPTED, "ctrl+s").effects == (LookForKeys(TECHNICIAN),)
         ask = asked(ACCEPTED, BenchKeys())
         assert (ask.title, ask.lines, ask.states) == ("Sign APA-02", (AskedLine.PASSPHRASE,), True)
         assert dialogue.answered(SummaryDialogue(ACCEPTED), ask, [SECRET]).effects == (SignAsTechnician(SECRET),)
@@ -209,13 +249,13 @@ class TestSigning:
         assert (turn.effects, turn.words.text, turn.words.role) == ((), "Ann cannot sign here", "bad")
 
     def test_a_signed_result_is_not_signed_again(self):
-        turn = press(SIGNED, "f2")
-        assert (turn.effects, turn.words.text) == ((), "Already signed. F3: countersign")
+        turn = press(SIGNED, "ctrl+s")
+        assert (turn.effects, turn.words.text) == ((), "Already signed. ^T: countersign")
 
 
 class TestAhead:
     def test_f2_before_the_result_asks_for_the_passphrase_and_the_question_follows_the_result(self):
-        begun = press(replace(OPEN, idle=False), "f2")
+        begun = press(replace(OPEN, idle=False), "ctrl+s")
         assert begun.effects == (LookForKeys(TECHNICIAN, ahead=True),)
         assert begun.words.text == "Evaluating; then you confirm what is signed"
         (ask,) = dialogue.keys_found(begun.state, *begun.effects, BenchKeys()).effects
@@ -238,7 +278,7 @@ class TestAhead:
         assert dialogue.judged(replace(left, facts=ACCEPTED)).effects == (Do.RING,)
 
     def test_what_was_stored_since_is_judged_before_it_is_signed(self):
-        assert press(OPEN, "f2").effects[0] is Do.JUDGE
+        assert press(OPEN, "ctrl+s").effects[0] is Do.JUDGE
 
     @pytest.mark.parametrize("keys", [BenchKeys(exist=False), BenchKeys("another's key"), BenchKeys(kept=True)])
     def test_nothing_is_asked_ahead_that_is_not_needed_or_cannot_be_told_yet(self, keys: BenchKeys):
@@ -251,10 +291,10 @@ AHEAD = Ask("ahead", "Sign APA-02", "", (AskedLine.PASSPHRASE,))
 
 class TestCountersigning:
     def test_the_technician_signs_first_and_quality_assurance_once(self):
-        assert press(ACCEPTED, "f3").words.text == "The technician must sign first: F2"
-        assert press(SIGNED, "f3").effects == (LookForKeys(QA),)
+        assert press(ACCEPTED, "ctrl+t").words.text == "The technician must sign first: ^S"
+        assert press(SIGNED, "ctrl+t").effects == (LookForKeys(QA),)
         both = replace(SIGNED, signatures=(ANN, replace(ANN, role=QA)))
-        assert press(both, "f3").words.text == "Already countersigned"
+        assert press(both, "ctrl+t").words.text == "Already countersigned"
 
     def test_an_accepted_unit_needs_the_passphrase_alone(self):
         ask = asked(SIGNED, BenchKeys(), QA)
@@ -271,7 +311,7 @@ class TestCountersigning:
         )
 
     def test_the_other_keys(self):
-        assert press(ACCEPTED, "f4").effects == (Do.NEXT_UNIT,)
+        assert press(ACCEPTED, "f10").effects == (Do.NEXT_UNIT,)
         assert press(ACCEPTED, "ctrl+l").effects == (Do.LOCK,)
         assert press(ACCEPTED, "ctrl+r").effects == (Do.ASK_REMEDY,)
         assert press(ACCEPTED, "escape").effects == (Do.STOP_OR_LEAVE,)
@@ -332,7 +372,7 @@ class SummaryMachine(RuleBasedStateMachine):
                 self.answer(dialogue.signed, Report(countersigned=True))
 
     @precondition(lambda self: not self.questions)
-    @rule(key=st.sampled_from(["f2", "f3", "f4", "ctrl+l", "escape"]))
+    @rule(key=st.sampled_from(["ctrl+s", "ctrl+t", "f10", "ctrl+l", "escape"]))
     def press(self, key: str) -> None:
         self.answer(dialogue.press, key)
 
