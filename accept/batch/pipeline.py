@@ -155,7 +155,7 @@ class Pipeline:
             unit,
             self.specs[unit.kind],
             self.operator if self.services.signs else shown_name(self.operator, typed),
-            stated=self.statement(unit) if due is None else self._statement_of(unit, due),
+            stated=self.statement(unit) if due is None else self.statement_of(unit, due.result),
             start=self.services.start(unit, self.specs[unit.kind]),
             out=self.out,
             certificate=certificate,
@@ -180,6 +180,9 @@ class Pipeline:
         past, found = self.events(job.unit.serial), judgement.result
         last = self.services.state(past)
         result = self._reservations(job.unit, found).apply(found)
+        if last is not None and job.certificate is None and self._is_last(job, last, result):
+            self.services.check_may_judge(result.serial)
+            return StoredJudgement(result, last.seq, (), "")
         due = last if last is not None and last.seq in {job.uncertified, *self._weakened} else None
         if due is not None and not (self._unchanged(job.unit, due) and self._is_stored(due.seq, result)):
             due = None
@@ -266,7 +269,7 @@ class Pipeline:
     def _lacks_only_certificate(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement is `_unchanged`, its calibrations too, and could be signed now."""
         same = self.services.signs and self._unchanged(unit, last)
-        return same and self.services.same_calibration(last.result.calibration, self._statement_of(unit, last))
+        return same and self.services.same_calibration(last.result.calibration, self.statement_of(unit, last.result))
 
     def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
         """Return whether the last judgement has no certificate and was made by the same person of the same inputs, spec
@@ -275,9 +278,15 @@ class Pipeline:
             return False
         return last.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())
 
-    def _statement_of(self, unit: UnitFolder, judged: UnitState) -> Statement | None:
+    def _is_last(self, job: JudgingOrder, last: UnitState, result: UnitRecord) -> bool:
+        """Return whether the last judgement has a certificate and found the same in the same inputs by the same spec
+        and code: to look at a unit that is certified is no attempt at it."""
+        same = last.certificate is not None and last.unchanged(result.inputs, job.spec.sha256, code_sha256())
+        return same and self._is_stored(last.seq, result)
+
+    def statement_of(self, unit: UnitFolder, judged: UnitRecord) -> Statement | None:
         """Return the calibration as it stood on the day of a judgement."""
-        given = judged.result.calibration
+        given = judged.calibration
         return self.statement(unit, None if given is None else date.fromisoformat(str(given["on"])))
 
     def _is_stored(self, seq: int, result: UnitRecord) -> bool:

@@ -81,11 +81,14 @@ def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJu
 
 
 def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
-    """Judge the whole unit and store the result. Raises UnitError, StoreError, OSError, BenchStopped if the golden
-    units were missed, and what `judge` does."""
-    given = session.written().given
+    """Judge the whole unit and store the result; of a unit that is certified as of the day of its judgement, so that
+    what stands is no other attempt. Raises UnitError, StoreError, OSError, BenchStopped if the golden units were
+    missed, and what `judge` does."""
+    given, attempt = session.written().given, session.attempt
     unit, pipeline = units.read(session.folder), _pipeline(session, session.spec)
-    found = judge(session.folder, session.spec, pipeline.statement(unit))
+    certified = attempt.judged if attempt.certificate is not None else None
+    stated = pipeline.statement(unit) if certified is None else pipeline.statement_of(unit, certified.result)
+    found = judge(session.folder, session.spec, stated)
     if session.gap.found is not None:
         found = without_bench_errors(with_explanation(found, session.gap.found, session.gap.panels))
     job = UnitJob(unit, session.spec, session.operator, reason=session.attempt.reason or None)

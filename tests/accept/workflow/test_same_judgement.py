@@ -3,12 +3,14 @@
 import json
 import shutil
 from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
+from accept.batch import pipeline
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
 from accept.cli.main import app
@@ -16,6 +18,7 @@ from accept.judging import load_spec
 from accept.store import open_store
 from accept.workflow import certify
 from accept.workflow.session.open_session import open_session
+from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from specs.bench import load_bench
 
@@ -101,3 +104,31 @@ def test_batch_report_and_workflow_certify_the_same(tmp_path: Path, monkeypatch:
         with open_store() as store:
             (judged,) = store.events("APA-02", "unit_judged")
         assert judged.data["result"] == wanted["result"], command
+
+
+@pytest.mark.parametrize("later", [0, 30], ids=["same-day", "a-month-later"])
+def test_to_look_at_a_certified_unit_is_no_attempt_at_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, later: int
+) -> None:
+    """A program that was restarted judges the unit for its summary: the certificate still states the last judgement."""
+    monkeypatch.setenv("ACCEPT_HOME", str(home := tmp_path / "workflow"))
+    (bench := tmp_path / "bench.toml").write_text(BENCH)
+    keys.init(home, PASSPHRASE, ANN)
+    signed = by_workflow(home, bench)
+    before = CliRunner().invoke(app, ["verify", str(signed)])
+
+    class Later(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> datetime:
+            return datetime.now(tz) + timedelta(days=later)
+
+    monkeypatch.setattr(pipeline, "datetime", Later)
+    with open_store() as store:
+        session = open_session(store, home, load_spec("apa-basic"), ANN, "APA-02", load_bench(bench))
+        seen = judge_whole_unit(session)
+        assert seen.to_json() == contents(signed)["result"]
+        assert (session.attempt.certificate, session.attempt.void) == (str(signed), None)
+        session.close()
+        assert len(list(store.events("APA-02", "unit_judged"))) == 1
+    after = CliRunner().invoke(app, ["verify", str(signed)])
+    assert (after.exit_code, after.output) == (before.exit_code, before.output)
