@@ -14,6 +14,7 @@ from contextlib import nullcontext
 from datetime import UTC, datetime
 from functools import cache
 from heapq import merge
+from inspect import getfile
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,12 @@ from typing import Any
 import numpy as np
 
 from accept.base.atomic_files import writing_atomic
-from accept.base.documents import document, results
+from accept.base.documents.document import Document
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME, UnitRecord
 from accept.base.progress import busy
-from accept.store import START, TECHNICIAN, Event, Sealer, Store, StoreHead, payloads
+from accept.store import START, TECHNICIAN, Event, Sealer, Store, StoreHead
 from accept.store.payloads import CertificateSigned, UnitJudged, payload_of
-from checks import verdict
+from checks.verdict import Finding
 from specs.files import json_of
 from specs.spec import listed_name
 
@@ -199,7 +200,7 @@ def _microseconds(text: str) -> int:
 @cache
 def code() -> str:
     """Return the hash of the source that makes the columns of an event: another version rebuilds the file."""
-    sources = [__file__, *(str(module.__file__) for module in (document, results, payloads, verdict))]
+    sources = [__file__, *map(getfile, (Document, UnitRecord, UnitJudged, Finding))]
     return hashlib.sha256(b"".join(Path(source).read_bytes() for source in sources)).hexdigest()
 
 
