@@ -66,7 +66,7 @@ class Question(ModalScreen[list[str] | None]):
             dialog.border_title = Content(self._title)
             yield Label(self._words, classes="words", markup=False)
             for line in self._lines:
-                yield Label(line.label, markup=False)
+                yield Label(line.label, classes="asked", markup=False)
                 yield TextEntry(line.value, secret=line.secret)
             yield Label("", id="wrong", classes="bad", markup=False)
             way = "next field, then confirm" if len(self._lines) > 1 else "confirm"

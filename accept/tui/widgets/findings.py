@@ -174,7 +174,7 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], widt
         text.append(f"  {above}\n" if values else "", "dim")
         text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
         text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n", "dim")
-        text.append(f"  {limit.rule}; {limit.source}\n\n", "dim")
+        text.append(f"  {limit.rule}; {pretty(limit.source)}\n\n", "dim")
     if not step.derived:
         text.append("Given as\n", "bold")
     for form in () if step.derived else step.check.forms:

@@ -66,7 +66,11 @@ class KeyRow(Static):
             return
         main = getattr(screen, "main_key", "")
         active = [each for each in screen.active_bindings.values() if each.binding.show and each.binding.description]
-        keys = tuple(self._shown(each, main) for each in sorted(active, key=lambda each: each.binding.key != main))
+        one = dict[tuple[str, str], ActiveBinding]()  # of several keys for an action the first is shown
+        for each in active:
+            one.setdefault((each.binding.action, each.binding.description), each)
+        shown = sorted(one.values(), key=lambda each: each.binding.key != main)
+        keys = tuple(self._shown(each, main) for each in shown)
         keys += (ShownKey("ctrl+p", "^P", "Commands"),)
         if keys != self.keys:
             self.keys = keys

@@ -2,8 +2,10 @@
 
 import itertools
 from collections import defaultdict
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from textual._compositor import CompositorUpdate
 from textual.binding import Binding
@@ -15,12 +17,14 @@ from accept.tui.background.busy_screen import Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Choice, Help, Question
 from accept.tui.screens.page import Page
+from accept.tui.screens.plots import Plots
 from accept.tui.screens.record_picker import Pick
 from accept.tui.screens.step import StepScreen
 from accept.tui.screens.steps import Steps
-from accept.tui.widgets.key_row import ShownKey, placed
+from accept.tui.widgets.key_row import KeyRow, ShownKey, placed
 from accept.tui.widgets.step_list import StepList
-from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line
+from checks.picture import Line, Panel
+from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line, words
 
 SIZE = (120, 36)
 FRAME = frozenset(" │─╭╮╰╯▁▃▅▇█")  # borders and bars of scrolling
@@ -118,3 +122,15 @@ async def test_an_arrow_sends_little(monkeypatch: pytest.MonkeyPatch) -> None:
                 costs[f"{step}, {key}"] = sum(sent)
             await press(pilot, "escape")
     assert not {name: cost for name, cost in costs.items() if not 0 < cost <= ARROW_BYTES}
+
+
+async def test_of_several_keys_for_an_action_the_foot_shows_one() -> None:
+    async with running(loader("apa"), SIZE) as pilot:
+        x = np.linspace(0.0, 1.0, 5)
+        panels = {name: Panel(name, "x", "y", (Line(x, x),)) for name in ("one", "two")}
+        pilot.app.push_screen(Plots(panels, Path("pictures"), lambda *_: b""))
+        await pilot.pause()
+        labels = [shown.label for shown in pilot.app.screen.query_one(KeyRow).keys]
+        assert labels.count("Next plot") == labels.count("Previous plot") == labels.count("Back") == 1
+        await press(pilot, "space")  # the others still act
+        assert "two" in words(pilot, ".title")
