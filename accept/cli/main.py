@@ -48,7 +48,7 @@ BENCH: dict[str, Command | Group] = {
 QUALITY: dict[str, Command | Group] = {
     "batch": Command("units.batch:run", "Judge unit folders."),
     "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
-    "countersign": Command("trust.countersign:run", "Countersign a certificate as QA."),
+    "countersign": Command("trust.countersign:run", "Countersign certificates as QA."),
     "spec": Group(
         "Acceptance specs: list, show, validate.",
         list=Command("units.spec:show_list", "List the specs that come with the program."),

@@ -24,8 +24,6 @@ def take_in(
     """Copy a record into the folder; return its name there and its sha256. If another file has that name, the new one
     gets a number. channels: our name -> source in the file. Raises OSError, and RecordError if it is not as declared;
     that names the variant of the product `kind` that it fits, if any."""
-    if not source.is_file():
-        raise RecordError(f"{source.name or source}: no such file")
     try:
         if isinstance(declared, CsvTable):
             records.read_table(source, declared)

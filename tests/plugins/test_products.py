@@ -98,14 +98,15 @@ def test_it_is_asked_for_at_the_bench(tmp_path: Path, package: Path) -> None:
     installed(package, tmp_path)
     words = (
         "from accept.workflow.dialogue import start; from accept.workflow.open_bench import open_bench; "
-        "print(start.labels()['kind']); print(start.parts_of('lever_2'), start.parts_of('apa')); "
+        "from specs.plugins import products; "
+        "print(*products()); print(start.parts_of('lever_2'), start.parts_of('apa')); "
         "print([s.name for s in __import__('accept.workflow.steps.plan', fromlist=['x'])"
         ".steps_of(open_bench().specs['lever_2'])])"
     )
     env = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}", "ACCEPT_HOME": str(tmp_path / "home")}
     done = subprocess.run([sys.executable, "-c", words], env=env, capture_output=True, text=True, cwd=tmp_path)
     assert done.stdout.splitlines() == [
-        "Kind (apa, strut, strut-plates, lever_2)",
+        "apa strut strut-plates lever_2",
         "('pivot',) ()",
         "['lever_2_mass']",
     ], done.stderr

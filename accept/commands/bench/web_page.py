@@ -8,12 +8,13 @@ _KEYS = (  # what stands on it, the key of the browser, its code; ^: with Ctrl
     ("←", "ArrowLeft", 37),
     ("↑", "ArrowUp", 38),
     ("↓", "ArrowDown", 40),
+    ("→", "ArrowRight", 39),
     ("PgUp", "PageUp", 33),
     ("PgDn", "PageDown", 34),
     ("Tab", "Tab", 9),
     ("⌫", "Backspace", 8),
     *((f"F{n}", f"F{n}", 111 + n) for n in (*range(1, 11), 12)),
-    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrdl"),
+    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrdlsotekp"),
     ("Enter", "Enter", 13),
 )
 _STYLE = """<style>

@@ -7,23 +7,25 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from accept.base.child_processes import environment
+
 _REMOTE = "SSH_CONNECTION", "SSH_TTY"  # the desktop is another computer's
 _DISPLAYS = "DISPLAY", "WAYLAND_DISPLAY"
 
 
-def viewer(environment: Mapping[str, str] = os.environ, platform: str = sys.platform) -> Sequence[str]:
+def viewer(given: Mapping[str, str] = os.environ, platform: str = sys.platform) -> Sequence[str]:
     """Return the command that opens a file in its own window, () if no desktop would show it."""
-    if any(environment.get(name) for name in _REMOTE):
+    if any(given.get(name) for name in _REMOTE):
         return ()
     if platform == "win32":
         return ("explorer",)
     if platform == "darwin":
         return ("open",)
-    found = shutil.which("xdg-open", path=environment.get("PATH")) if any(map(environment.get, _DISPLAYS)) else None
+    found = shutil.which("xdg-open", path=given.get("PATH")) if any(map(given.get, _DISPLAYS)) else None
     return (found,) if found else ()
 
 
 def open_file(command: Sequence[str], path: Path) -> None:
     """Open a file, without waiting for its window. Raises OSError."""
-    nothing = subprocess.DEVNULL
-    subprocess.Popen([*command, str(path)], stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True)
+    nothing, words = subprocess.DEVNULL, [*command, str(path)]
+    subprocess.Popen(words, stdin=nothing, stdout=nothing, stderr=nothing, start_new_session=True, env=environment())

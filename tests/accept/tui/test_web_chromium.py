@@ -227,10 +227,12 @@ def sign(at: Browser) -> None:
     at.press("F2")
     at.wait_for("Repeat passphrase")
     asked = "Why it is signed" in at.text[at.seen :]  # of a unit that is not accepted
-    at.line("correct horse")
-    at.line("correct horse")
     if asked:
         at.line("not put right")
+    at.line("correct horse")
+    at.line("correct horse")
+    at.wait_for("Training: what is wrong with this unit")
+    at.press("Escape")
     at.wait_for("Training: what this unit had")
     at.press("Escape")
     at.wait_for("verified")

@@ -36,7 +36,7 @@ SCRIPT = (
     ("Enter: open the step", "\r"),
     ("gauge", "200\r"),
     ("✗ fail", "\x1a"),
-    ("the record keeps both", "365.5\r"),
+    ("Undone ", "365.5\r"),
     ("✓ pass", "\x1b"),
 )
 TO_THE_END = 20  # a seed that is killed at the last line, so that every run reads the whole script
