@@ -23,7 +23,7 @@ from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
 from tests.accept.tui.tui_help import fill_basic, press, running, shown, type_line, words
 
-SIZE = (100, 30)
+SIZE = (120, 36)
 _FOREIGN = re.compile(r"@font-face\s*\{[^}]*\}")  # no page should load from another host what every browser has
 
 
@@ -53,7 +53,7 @@ async def measuring(out: Path) -> None:
     async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "flatness")
-        await shown(pilot, "#gauge", " um")
+        await shown(pilot, "#gauge", " µm")
         keep(pilot, out / "workflow-step.svg")
         await press(pilot, "f12")
         keep(pilot, out / "workflow-step-light.svg")
@@ -108,9 +108,8 @@ async def explaining(out: Path, folder: Path) -> None:
         keep(pilot, out / "workflow-responses.svg")
         await press(pilot, "escape", "escape")
         await open_row(pilot, "misalignment")
-        await press(pilot, "f7")
         keep(pilot, out / "workflow-misalignment.svg")
-        await press(pilot, "escape", "escape")
+        await press(pilot, "escape")
         await open_row(pilot, "gap")
         print(words(pilot, "#answer"))
         await press(pilot, "f7")
