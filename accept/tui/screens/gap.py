@@ -28,6 +28,7 @@ WORDS = (
 )
 
 
+_BANDS = 3  # of the bands in which it shows, the clearest first
 COLOURS = {Role.FOUND: "bold", Role.RIVAL: "yellow", Role.UNNAMED: "magenta"}
 
 
@@ -112,11 +113,14 @@ def answer(found: Mapping[str, Any]) -> Text:
     for each in findings(found):
         text.append(f"  {pretty(each.words)}\n", COLOURS[each.role])
         text.append("".join(f"    {pretty(detail)}\n" for detail in each.details), "dim")
-    for each in found.get("where", ()):
-        band = f"{each['f_lo_Hz']:.0f} to {each['f_hi_Hz']:.0f} Hz"
-        text.append(f"  shows in {each['channel']}, {band}, {each['excess_dB']:.0f} dB above chance\n", "dim")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
     text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")
     text.append(f"    {shrunk}", "bold")
+    where = found.get("where", ())
+    for each in where[:_BANDS]:
+        band = f"{each['f_lo_Hz']:.0f} to {each['f_hi_Hz']:.0f} Hz"
+        text.append(f"\n  shows in {each['channel']}, {band}, {each['excess_dB']:.0f} dB above chance", "dim")
+    if len(where) > _BANDS:
+        text.append(f"\n  and in {len(where) - _BANDS} more bands, as gap.json and the plot have them", "dim")
     return text
