@@ -10,6 +10,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.events import Key
 from textual.message import Message
 
+from accept.tui.widgets.key_row import one_of_each
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
@@ -58,9 +59,9 @@ class BenchCommands(Provider):
 
     async def _commands(self) -> AsyncIterator[Command]:
         app = cast(Commanded, self.app)
-        for each in self.screen.active_bindings.values():
+        for each in one_of_each(self.screen):
             own = each.binding
-            if each.enabled and own.description and (own.show or own.key in _HIDDEN):
+            if each.enabled and (own.show or own.key in _HIDDEN):
                 key = app.get_key_display(own)
                 yield own.description, f"key {key}", partial(_press, app, own.key.partition(",")[0])
         yield "Light or dark", "key F12", app.action_light_or_dark

@@ -219,9 +219,11 @@ def _section(check: Check, content: Mapping[str, Any], problems: list[str]) -> U
 
 
 def inside(folder: Path, name: str) -> Path:
-    """Return path of a named file, which need not be there. Raises RecordError for a name that is no file of the unit
-    on any machine: evidence travels with its unit; UnitError when what is there is no readable file within the unit:
-    a certificate would be judged again without it, with another reason."""
+    """Return the path of a named file, which need not be there.
+
+    Raises RecordError if the name is no file of the unit on any machine, because evidence travels with its unit.
+    Raises UnitError if something else than a readable file within the unit is there: a certificate would be judged
+    again without it, with another reason."""
     if "\\" in name or ":" in name:
         raise RecordError(f"{name}: a file name holds no backslash and no colon; a folder is written with '/'")
     if Path(name).is_absolute() or ".." in Path(name).parts:

@@ -48,7 +48,7 @@ def item_words(result: Mapping[str, Any]) -> str:
 
 def entered_words(contents: CertificateContent) -> str:
     """Return the checks whose values have no recording, those entered and those read from an instrument apart, and the
-    numbers that were entered beside recordings; "" if there are none (7.8.2.2)."""
+    numbers that were entered beside recordings; "" without any of these (7.8.2.2)."""
     sections = contents.unit_file
     entered: dict[str, str] = {}
     read: dict[str, str] = {}

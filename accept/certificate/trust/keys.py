@@ -220,7 +220,7 @@ def opens_a_key(home: Path, text: str) -> bool:
 
 
 def _opens(path: Path, passphrase: str) -> bool:
-    """Return whether a passphrase opens a key; that of no passphrase, or one that cannot be read, is opened by none."""
+    """Return whether a passphrase opens a key. No passphrase opens a key that has none or that cannot be read."""
     try:
         box = read_key_file(path)
         if b"ENCRYPTED" in box:

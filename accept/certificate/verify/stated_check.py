@@ -214,8 +214,8 @@ def _days(contents: CertificateContent, signed: datetime) -> list[Step]:
 def check_bench(
     contents: CertificateContent, roots: Sequence[x509.Certificate], revoked: Sequence[Revoked], when: datetime
 ) -> list[Step]:
-    """Check that a bench of a trusted authority signed head and provenance, and that technicians signed what is said of
-    the commissioning of its instruments. when: time of the technician's signature.
+    """Check that a bench of a trusted authority signed head and provenance, and that a technician signed the
+    commissioning of each instrument as it is stated. when: time of the technician's signature.
 
     Steps are not complete for an unknown bench, whose store cannot be asked, and for a bench whose key was lost. Raises
     InvalidCertificate if a signature or a certificate does not hold."""

@@ -24,7 +24,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import qa_credential
-from accept.commands.trust.verify import VerifyOptions, certificates_in, verify_here
+from accept.commands.trust.verify import VerifyOptions, certificates_in, verify_here, verify_one_of_many
 from accept.store import DATABASE, StoreError, open_store
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
@@ -88,12 +88,7 @@ def _many(
     wait = dict[Path, tuple[bytes, Verification]]()
     left = list[str]()
     for path in paths:
-        try:
-            content = read_certificate(path)
-            found = verify_here(content, VerifyOptions(records=records))
-        except OSError as e:
-            left.append(f"{one_line(str(path))}: cannot be read ({e.strerror or e})")
-            continue
+        content, found = verify_one_of_many(path, VerifyOptions(records=records))
         say(f"  {one_line(str(path))}: {found.serial} {found.verdict or ''}: {found.reason}")
         if not found.valid:
             left.append(f"{one_line(str(path))}: {found.reason}")

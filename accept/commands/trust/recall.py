@@ -7,7 +7,7 @@ from typer import Option
 
 from accept.base.documents.listings import Recall, TouchListed
 from accept.base.exit_codes import Exit
-from accept.commands.answer import PLAIN, Answer, File, Remark, command, csv_of, table
+from accept.commands.answer import PLAIN, Answer, File, Remark, command, csv_of, refusal, table
 from accept.commands.options import Csv, FirstDay, JsonAnswer, LastDay
 from accept.fleet import goldens, not_counted
 from accept.store import Store, StoreError, open_store, touched
@@ -28,9 +28,11 @@ def run(
     json: JsonAnswer = None,
 ) -> Answer:
     """List the units measured with an instrument. From the event store."""
+    if (since is None) != since_good:
+        return refusal("recall: say from when on, either --since YYYY-MM-DD or --since-good")
     last_day = until.date() if until else datetime.date.max
     with open_store() as store:
-        first_day = _first_day(store, since, since_good)
+        first_day = since.date() if since else _last_good_day(store)
         ever, named = touched(store.events(), instrument, datetime.date.min), goldens(store)
     days = f"since {first_day}" if until is None else f"from {first_day} to {last_day}"
     within = [touch for touch in ever if first_day.isoformat() <= touch.time[:10] <= last_day.isoformat()]
@@ -57,12 +59,8 @@ def run(
     return Answer(*head, table(TITLES, rows, **PLAIN), Remark(words))
 
 
-def _first_day(store: Store, since: datetime.datetime | None, since_good: bool) -> datetime.date:
-    """Return the day that was asked for. Raises StoreError if none or two were, or if no golden unit was ever right."""
-    if (since is None) != since_good:
-        raise StoreError("recall: say from when on, either --since YYYY-MM-DD or --since-good")
-    if since is not None:
-        return since.date()
+def _last_good_day(store: Store) -> datetime.date:
+    """Return the day on which this bench's golden units last were right. Raises StoreError if they never were."""
     met = ((event.time, payload_of(event, GoldenMet)) for event in store.events())
     days = [time[:10] for time, good in met if isinstance(good, GoldenMet) and good.bench == store.bench]
     if not days:

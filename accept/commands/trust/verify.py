@@ -75,9 +75,10 @@ def run(
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     if len(certificates) > 1 or certificates[0].is_dir():
-        found = [(path, _verify(path, options, True)) for path in certificates_in(certificates)]
+        found = [(path, verify_one_of_many(path, options)[1]) for path in certificates_in(certificates)]
         return _of_many([(*each, _unmet_requirements(each[1], required, wanted_spec)) for each in found], json)
-    report = _verify(certificates[0], options)
+    with busy(f"{certificates[0].name}: judging again"):
+        report = verify_here(read_certificate(certificates[0]), options)
     missing = _unmet_requirements(report, required, wanted_spec)
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
@@ -101,15 +102,15 @@ def certificates_in(paths: Sequence[Path]) -> list[Path]:
     return list(found)
 
 
-def _verify(path: Path, options: VerifyOptions, one_of_many: bool = False) -> Verification:
-    """Verify a file. one_of_many: one that cannot be read is not valid, so that the others are looked at."""
+def verify_one_of_many(path: Path, options: VerifyOptions) -> tuple[bytes, Verification]:
+    """Return the bytes of a file and its verification. One that cannot be read is not valid: the others are looked
+    at."""
     try:
         with busy(f"{path.name}: judging again"):
-            return verify_here(read_certificate(path), options)
+            content = read_certificate(path)
+            return content, verify_here(content, options)
     except OSError as e:
-        if not one_of_many:
-            raise
-        return Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
+        return b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
 
 
 def _outcome(report: Verification) -> str:

@@ -184,6 +184,7 @@ def _quantile(tests: int, base: Baseline, chance: float = FALSE_ALARM) -> float:
     return float(stdtrit(moving_range_degrees(base.n), 1.0 - chance / (2.0 * tests)))
 
 
+@cache
 def sums_limit(baseline_n: int, n: int) -> float:
     """Return the limit of the cumulative sums [sigma] of n values after a baseline of baseline_n.
 

@@ -9,7 +9,7 @@ from accept.store import Event
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.dialogue.turn import Toast
-from accept.workflow.effects.serve_step import clock_words
+from accept.workflow.effects.serve_step import saved_title
 from accept.workflow.entry.parse_entry import parse_path
 from accept.workflow.entry.record_folder import new_photo
 from accept.workflow.session.undo import entry_words
@@ -22,7 +22,7 @@ _ANSWERS = {_WRONG: ("y", "n", "yes", "no"), _SHOWN: ("y", "n", "p", "yes", "no"
 
 def note_saved(screen: Scanning, event: Event) -> None:
     """Tell what became of a note; that it holds the unit stays at the foot."""
-    screen.tell(Toast(f"Note saved {clock_words(event)} as entry {event.seq}", entry_words(event)))
+    screen.tell(Toast(saved_title(event, "Note saved"), entry_words(event)))
     if event.data.get("nonconformance"):
         screen.say("The unit is held until quality assurance decides", "doubt")
 

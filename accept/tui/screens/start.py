@@ -146,7 +146,7 @@ class StartScreen(Working[Begin | None]):
             return
         self._rail.add_column("", key="queue", width=WIDTH)
         entitle(self.query_one("#week"), "This week")
-        self.set_interval(_CLOCK_S, partial(self._show_time, anew=True))
+        self.set_interval(_CLOCK_S, partial(self._show_units, anew=True))
         await self.follow(self._opening)
         if self._bench is not None:
             proposed = dialogue.Proposed(serial=self._bench.next_serial())
@@ -186,7 +186,7 @@ class StartScreen(Working[Begin | None]):
         put(self.query_one("#about", Label), d.about)
         if d.cursor is not None and self.focused is not self._line(d.cursor):
             self.set_focus(self._line(d.cursor))
-        self._show_time()
+        self._show_units()
         if d.listed is not None:
             self._show_queues(d.listed)
         (self._settled.clear if d.waits else self._settled.set)()
@@ -208,8 +208,8 @@ class StartScreen(Working[Begin | None]):
             self._rail.move_cursor(row=overview.queues.index(d.queue))
         put(self.query_one("#counts", Static), counts_line(overview, d.queue, self.size.width))
 
-    def _show_time(self, *, anew: bool = False) -> None:
-        """Show what the clock goes on for. anew: the time of every unit."""
+    def _show_units(self, *, anew: bool = False) -> None:
+        """Show the bench, its units and the one that is meant, as the clock has it. anew: the age of every unit too."""
         d = self.dialogue
         served = None if self._bench is None else self.service
         name, answering = ("", {}) if served is None else (served.bench_name, served.answering)
@@ -228,7 +228,7 @@ class StartScreen(Working[Begin | None]):
 
     def on_resize(self) -> None:
         if self.alive:
-            self._show_time()
+            self._show_units()
 
     async def execute(self, effect: object) -> None:
         match effect:

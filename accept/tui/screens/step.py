@@ -436,7 +436,7 @@ class StepScreen(Page):
 
     def help_text(self) -> str:
         bounds = [
-            f"  {label_of(name)}: {limits(x.lower, x.upper)} {x.unit}, {x.rule}\n      {name}; {x.source}"
+            f"  {label_of(name)}: {limits(x.lower, x.upper, x.unit)}, {x.rule}\n      {name}; {x.source}"
             for name, x in self.step.asked.limits.items()
         ]
         told = f"{self.step.guide.words}\n{setup(self.step).plain}\n\n{self.step.guide.picture}\n"

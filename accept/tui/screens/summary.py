@@ -27,7 +27,7 @@ from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import after_number, limit_bar, limits, numbers, usual_words
+from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
 from accept.tui.widgets.plan import bar_of
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
@@ -344,7 +344,7 @@ def _detail(d: SummaryDialogue) -> Text:
     if not 0 <= d.row < len(d.findings):
         return Text()
     f, earlier = d.findings[d.row], d.facts.earlier.get(d.findings[d.row].quantity, ())
-    text = Text(f"{limits(f.lower, f.upper)}{pretty(after_number(f.unit))}   ", "bold")
+    text = Text(f"{limits(f.lower, f.upper, f.unit)}   ", "bold")
     text.append(pretty(d.detail), "not bold default")
     if earlier:
         series = np.array(earlier[::-1])
@@ -361,7 +361,7 @@ def aligned(values: Sequence[str]) -> list[str]:
 
 
 def _sign_words(d: SummaryDialogue) -> Text:
-    """Return who signs what, and what is asked for that, in order."""
+    """Return who signs which verdict, and the questions before the signature in their order."""
     facts, text = d.facts, Text(d.facts.operator, "bold")
     if facts.result is None:
         return text

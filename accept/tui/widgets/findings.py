@@ -13,7 +13,6 @@ from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import (
-    after_number,
     below_bar,
     coloured,
     limit_bar,
@@ -129,7 +128,7 @@ def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Te
         fits = len(head) + 2 + len(value) + 2 + len(status.word) <= room
         text.append("  " if fits else "\n  ").append(value, "bold")
     text.append(f"  {status.word}\n", colour)
-    bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
+    bounds = limits(f.lower, f.upper, f.unit)
     beside = room - 4 - len(bounds)
     width = min(_STRIP, beside) if beside >= _LEAST_STRIP else min(_STRIP, max(_LEAST_STRIP, room - 2))
     drawn = limit_bar(f.value, f.U, f.lower, f.upper, width, usual)
@@ -145,7 +144,7 @@ def finding_row(f: Finding, name: int, value: int, room: int = ROOM) -> Text:
     one. name, value: columns of these; room: of the whole."""
     status = of_findings([f])
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}  ", status.style))
-    bounds = f"{limits(f.lower, f.upper)}{after_number(f.unit)}"
+    bounds = limits(f.lower, f.upper, f.unit)
     fits = 2 + name + 2 + value + 2 + len(bounds) <= room
     if 2 + name + 2 + value > room:  # value and limits share the next line
         text, fits = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style)), True
@@ -162,15 +161,14 @@ def _value(f: Finding) -> str:
 
 
 def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], width: int = 44) -> Text:
-    """Return what is asked of a step: each zone, where the units before lie in it, and the ways to give it."""
+    """Return the limits of a step, each with the values of the units before, and the forms in which it can be given."""
     text = Text()
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())
         usual = median(values) if values else None
         above = spread_above(values, None, limit.lower, limit.upper, width)
         drawn = limit_bar(None, None, limit.lower, limit.upper, width, usual)
-        text.append(f"{label_of(name)}  {limits(limit.lower, limit.upper)}")
-        text.append(f"{after_number(limit.unit)}{usual_words(usual)}\n")
+        text.append(f"{label_of(name)}  {limits(limit.lower, limit.upper, limit.unit)}{usual_words(usual)}\n")
         text.append(f"  {above}\n" if values else "", "dim")
         text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
         text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n", "dim")

@@ -52,7 +52,7 @@ def side_by_side(item: Image, panel: Panel, width: int, height: int, *, coloured
 
 
 def _half(item: Image, panel: Panel, name: str) -> tuple[Image, Panel] | None:
-    """Return the rows whose names end so, with what is left of these; None if there are none."""
+    """Return the rows whose names end in a word, named without it; None if no name does."""
     own = [n for n, row in enumerate(panel.y_names) if row.endswith(f" {name}")]
     if not own:
         return None
@@ -105,11 +105,6 @@ def _limits(item: Image) -> tuple[float, float]:
 def map_left(panel: Panel) -> int:
     """Return how many columns the names or numbers of the y axis need."""
     return max([_LEFT, *(len(name) + 3 for name in panel.y_names)])
-
-
-def shaded(item: Image, width: int, height: int) -> list[list[str]]:
-    """Return the shades of a map of height x width."""
-    return [[SHADES[int(level)] for level in row] for row in _levels(item, width, height, _limits(item))]
 
 
 def _levels(item: Image, width: int, height: int, limits: tuple[float, float]) -> NDArray[np.int_]:

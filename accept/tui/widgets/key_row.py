@@ -44,6 +44,15 @@ class PlacedKey:
         return self.column + len(self.shown.words)
 
 
+def one_of_each(screen: Screen[Any]) -> list[ActiveBinding]:
+    """Return the keys of a screen that have a description: of several keys for one action the first."""
+    found = dict[tuple[str, str], ActiveBinding]()
+    for each in screen.active_bindings.values():
+        if each.binding.description:
+            found.setdefault((each.binding.action, each.binding.description), each)
+    return list(found.values())
+
+
 class KeyRow(Static):
     """Drawn anew only where its keys have changed, as one text: a widget for each key would be styled and laid out
     again with every one. A screen names its main action in `main_key`."""
@@ -65,12 +74,8 @@ class KeyRow(Static):
         if not (self.is_attached and screen is self.screen):
             return
         main = getattr(screen, "main_key", "")
-        active = [each for each in screen.active_bindings.values() if each.binding.show and each.binding.description]
-        one = dict[tuple[str, str], ActiveBinding]()  # of several keys for an action the first is shown
-        for each in active:
-            one.setdefault((each.binding.action, each.binding.description), each)
-        shown = sorted(one.values(), key=lambda each: each.binding.key != main)
-        keys = tuple(self._shown(each, main) for each in shown)
+        active = (each for each in one_of_each(screen) if each.binding.show)
+        keys = tuple(self._shown(each, main) for each in sorted(active, key=lambda each: each.binding.key != main))
         keys += (ShownKey("ctrl+p", "^P", "Commands"),)
         if keys != self.keys:
             self.keys = keys

@@ -10,7 +10,7 @@ from accept.pictures.words import pretty
 from checks.rounding import rounded, with_U
 
 OUTSIDE, INSIDE, LIMIT, SPREAD, VALUE, USUAL = "┄", "━", "┃", "▬", "◆", "╎"
-_BLOCKS = "▁▂▃▄▅▆▇█"
+BLOCKS = "▁▂▃▄▅▆▇█"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
@@ -88,8 +88,8 @@ def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
     edges = [round(n * len(known) / width) for n in range(width + 1)] if len(known) > width else []
     shown = [max(known[a:b]) for a, b in pairwise(edges)] or known
     lo, hi = (0.0 if empty else min(shown)), max(shown)
-    steps = [round((len(_BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
-    drawn = "".join(" " if empty and v == 0.0 else _BLOCKS[n] for n, v in zip(steps, shown, strict=True))
+    steps = [round((len(BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
+    drawn = "".join(" " if empty and v == 0.0 else BLOCKS[n] for n, v in zip(steps, shown, strict=True))
     return drawn.rjust(width)
 
 
@@ -128,8 +128,10 @@ def after_number(unit: str) -> str:
     return "" if unit in ("", "1") else f" {pretty(unit)}"
 
 
-def limits(lower: float | None, upper: float | None) -> str:
+def limits(lower: float | None, upper: float | None, unit: str) -> str:
     """Return the limits in words; one of them is given."""
     if lower is None or upper is None:
-        return f"≤ {upper:g}" if upper is not None else f"≥ {lower:g}"
-    return f"{lower:g} … {upper:g}"
+        words = f"≤ {upper:g}" if upper is not None else f"≥ {lower:g}"
+    else:
+        words = f"{lower:g} … {upper:g}"
+    return f"{words}{after_number(unit)}"

@@ -138,7 +138,7 @@ def gauge_text(about: Followed, value: Measured | None, fault: str, room: int = 
         text.append("now ", "dim").append("…" if value is None else _number(value, about.unit), "bold")
         text.append(f"  on {about.name}\n", "dim")
     if limit is not None:
-        bounds = f"  {limits(limit.lower, limit.upper)}{after_number(limit.unit)}"
+        bounds = f"  {limits(limit.lower, limit.upper, limit.unit)}"
         beside = "" if _inside(value, limit) else "  outside"
         width = max(_LEAST_STRIP, min(_STRIP, room - len(bounds) - len("  outside")))
         drawn = limit_bar(*_value_and_U(value), limit.lower, limit.upper, width, usual)
@@ -168,7 +168,7 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         drawn = limit_bar(at, U, limit.lower, limit.upper, width, about.usual)
         text.append_text(coloured(drawn, colour)).append("\n")
         text.append(below_bar(at, limit.lower, limit.upper, width) + "\n", "dim")
-        text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper)}{after_number(limit.unit)}")
+        text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper, limit.unit)}")
         text.append(_earlier_words(about) + "\n", "dim")
     text.append(" F3 Take ", "reverse bold").append(" …" if value is None else f" {_number(value, about.unit)}", "bold")
     text.append(f"\nfrom {about.name}\n", "dim")

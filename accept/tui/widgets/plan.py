@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from accept.pictures.words import pretty
+from accept.tui.widgets.limit_bar import BLOCKS
 from accept.tui.widgets.raster import Raster
 from checks.arrays import Array
 from checks.picture import Heights
 
-_BARS = "▁▂▃▄▅▆▇█"
 _HIGH, _LOW, _PAD, _QUIET, _NEXT = "bright_cyan", "yellow", "bright_black", "dim", "bold bright_blue"
 _NONE, _DUE = "·", "◉"
 _AROUND = 7  # rows of frames, of heights below their numbers, and of the label
@@ -21,9 +21,8 @@ def plan(item: Heights, width: int = 56, height: int = 11) -> Raster:
     words, longest = height_words(item.z), len(str(len(item.z)))
     due = next((n for n, z in enumerate(item.z) if not math.isfinite(z)), None)
     each = max(longest + 2, *map(len, words))
-    span = (
-        float(np.ptp(item.x)) or 1.0
-    )  # a cell is twice as high as wide: about to scale, with room for two rows a point
+    # A cell is twice as high as wide: about to scale, with room for two rows a point.
+    span = float(np.ptp(item.x)) or 1.0
     height = min(height, _AROUND + round(width / 2 * float(np.ptp(item.y)) / span))
     places = _places(item, each, width, height - 1)
     raster = Raster(width, max(height, 4 + max(row for row, _ in places)))
@@ -49,7 +48,7 @@ def bar_of(z: float, among: Array) -> tuple[str, str]:
         return _NONE, _QUIET
     span = float(np.ptp(known))
     at = 0.5 if span == 0.0 else (z - float(known.min())) / span
-    return _BARS[min(int(at * len(_BARS)), len(_BARS) - 1)], _HIGH if z >= 0 else _LOW
+    return BLOCKS[min(int(at * len(BLOCKS)), len(BLOCKS) - 1)], _HIGH if z >= 0 else _LOW
 
 
 def height_words(z: Array) -> list[str]:
@@ -61,7 +60,7 @@ def height_words(z: Array) -> list[str]:
 
 def _scale_words(z: Array) -> str:
     known = z[np.isfinite(z)]
-    return f"{_BARS[0]} {known.min():+.1f}  {_BARS[-1]} {known.max():+.1f}" if known.size else ""
+    return f"{BLOCKS[0]} {known.min():+.1f}  {BLOCKS[-1]} {known.max():+.1f}" if known.size else ""
 
 
 def _places(item: Heights, each: int, width: int, height: int) -> list[tuple[int, int]]:

@@ -9,12 +9,8 @@ from checks.picture import Line, Panel, Text
 from checks.verdict import Finding, Verdict
 
 DX, DY = "dx_um", "dy_um"
-_HEADS = {
-    ("x", True): "◀",
-    ("x", False): "▶",
-    ("y", True): "▼",
-    ("y", False): "▲",
-}  # of an arrow that moves so far back
+# Heads of the arrow back, by its axis and whether it leads towards smaller values.
+_HEADS = {("x", True): "◀", ("x", False): "▶", ("y", True): "▼", ("y", False): "▲"}
 
 
 def offset_panel(findings: Sequence[Finding], earlier: Sequence[Mapping[str, float]] = ()) -> Panel | None:

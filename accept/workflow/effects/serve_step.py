@@ -29,19 +29,22 @@ def saved_words(event: Event) -> Toast:
     """Return what was saved, when, and as which entry of the record."""
     origin, file = Path(str(event.data.get("origin", ""))).name, event.data.get("file", "")
     renamed = f"{origin} as " if file and origin not in ("", file) else ""
-    return Toast(f"Saved {clock_words(event)} as entry {event.seq}", f"{renamed}{entry_words(event)}")
+    return Toast(saved_title(event), f"{renamed}{entry_words(event)}")
 
 
 def changed_words(event: Event, undone: str) -> Toast:
     """Return what was undone, "" for a step that is measured again."""
     if undone:
-        return Toast(f"Undone {clock_words(event)}", f"{undone}; the record keeps both")
-    return Toast(
-        f"Saved {clock_words(event)} as entry {event.seq}", "Measured again; the record keeps the earlier entries"
-    )
+        return Toast(f"Undone {_clock_words(event)}", f"{undone}; the record keeps both")
+    return Toast(saved_title(event), "Measured again; the record keeps the earlier entries")
 
 
-def clock_words(event: Event) -> str:
+def saved_title(event: Event, what: str = "Saved") -> str:
+    """Return that something was saved, when, and as which entry of the record."""
+    return f"{what} {_clock_words(event)} as entry {event.seq}"
+
+
+def _clock_words(event: Event) -> str:
     """Return when an event was stored, as the bench's clock showed it."""
     return f"{datetime.fromisoformat(event.time).astimezone():%H:%M:%S}"
 

@@ -14,7 +14,7 @@ from accept.base.documents.results import Information
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.findings import findings_text
 from accept.tui.widgets.hanging import Hung
-from accept.tui.widgets.heat_map import map_text, shaded, side_by_side
+from accept.tui.widgets.heat_map import map_text, side_by_side
 from accept.tui.widgets.plan import height_words, plan
 from accept.tui.widgets.plot import PanelPlot, PanelView, apart, draw, thin
 from checks.acceptance import CHECKS
@@ -232,7 +232,9 @@ async def test_a_map_beside_another_picture_stays_in_its_lines():
 def test_a_narrow_peak_stays_in_a_narrow_map():
     z = np.zeros((1, 300))
     z[0, 137] = 1.0
-    (row,) = shaded(Image(np.arange(300.0), np.zeros(1), z), 40, 1)
+    item = Image(np.arange(300.0), np.zeros(1), z)
+    drawn = map_text(item, Panel("peak", "", "", (item,)), 40, 1).plain.splitlines()
+    (row,) = [line.split("│")[1] for line in drawn if "│" in line]
     assert row.count("█") == 1
     assert row[137 * 40 // 300] == "█"
 

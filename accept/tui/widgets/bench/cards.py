@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import Queue
 
 WIDTH = 26  # columns in the cards on the left
-_TITLE, _BAR = 19, 4  # columns of a queue's row; the count has what is left
+_TITLE, _BAR = 19, 4  # columns of a queue's row; the other columns are for the count
 _BARS = 14  # units whose time is drawn
 _DAYS = ("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su")
 _ANSWERS = {True: ("●", "green"), False: ("●", "bold red"), None: ("○", "dim")}

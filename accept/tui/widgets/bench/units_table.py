@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _RED = "bold red"  # of what quality assurance must decide
 _FROM_ROOMY = 100  # columns: between two marks is a blank
-_SINCE, _KIND, _WHO, _STATE = 9, 6, 10, 23  # columns; a name and a state have what is left too
+_SINCE, _KIND, _WHO, _STATE = 9, 6, 10, 23  # columns; name and state share the columns of a wider table
 _ENTRY, _FROM_ENTRY = "Last entry", 66  # columns of the state that leave room for one more
 _VALUE, _BAR = 20, 30
 
