@@ -14,6 +14,7 @@ from cryptography import x509
 from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
 from accept.base.names import same_person
+from accept.base.plain_text import listed
 from accept.base.spelling import difference
 from accept.base.version import code_sha256
 from accept.capture.reference_check import history
@@ -44,6 +45,7 @@ from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, 
 from accept.store.decisions import words_of
 from accept.store.payloads import (
     CHOICES,
+    KINDS,
     VOIDED,
     AttemptStarted,
     BenchStated,
@@ -51,7 +53,9 @@ from accept.store.payloads import (
     InstrumentChecked,
     KeysRevoked,
     NonconformanceDecided,
+    SerialConfirmed,
     UnitJudged,
+    payload_of,
 )
 from accept.units import attempt_number
 from checks.verdict import UnitVerdict, Verdict
@@ -100,23 +104,24 @@ def check_store(
                 history = [
                     replace(step, looked_up=(), current=None if step.current else step.current) for step in history
                 ]
-            compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
+            compared = [_copied(store, contents, again), reread(store, contents, signature), *_built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            return [*other, held, *history, *compared, _sound(store, contents, signature)]
+            return [*other, held, *history, *_unread(events), *compared, _sound(store, contents, signature)]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
 def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
-    """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
-    under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
-    were stated is not checked."""
+    """Check that the store holds the signature. Not complete if the store of the bench that made it, wherever it is
+    asked, has another event under the stated number, or no event of this signature; and if neither is known. A
+    certificate from before heads were stated is not checked."""
     head = contents.stated.head
     if head is not None:
         stated, own = StoreHead(head.seq, head.hash), store.signed_head()
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
-            if own is None or head.bench != own.bench:
+            known = {own and own.bench, *(e.data.get("bench") for e in store.events("", BenchStated.KIND))}
+            if head.bench not in known:  # a store is that of every bench that ever stated itself in it
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -155,37 +160,66 @@ def _history(
     if own_program:  # earlier programs did not store what a bench states
         found = [differences(contents.stated, each) for each in _at_bench(store, known, own, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
-    choices = [each.disposition.choice for seq, each in signed.items() if each.disposition and seq < own.seq]
-    decided = ", ".join(dict.fromkeys(CHOICES.get(each, each) for each in choices))  # a later one is anybody's event
-    scrapped = not {*choices} <= {*RELEASING}
-    said = f"quality assurance decided before it was judged: {decided}" if scrapped else ""
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
     compared = f"attempt, what it replaces{' and what its bench states' if own_program else ''}"
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
-        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
+        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
+        *(Step("", remark=words) for words in _unsigned(events, own)),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
-        *(Step(words, complete=False) for words in _made_up(store, contents, own)),
+        *_made_up(store, contents, own),
         *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
     ]
 
 
-def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[str]:
+def _unsigned(events: Sequence[Event], judged: Event) -> Iterator[str]:
+    """Yield what spoke against a unit before it was judged. A store takes any judgement or confirmed serial, and nobody
+    of quality assurance signs these: they may end a doubt, and never unsaid."""
+    before = [e for e in events if e.seq < judged.seq]
+    yield from _decided(before)
+    for told in (e for e in events if e.what == SerialConfirmed.KIND):
+        if others := SerialConfirmed.of(told).unlike:
+            yield f"{told.by} told its serial apart from {listed(others)}"
+    ends = ends_before(fold(before))
+    if ends is not None and ends.not_accepted is not None and judged.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
+        yield ends.not_accepted.words
+
+
+def _decided(events: Sequence[Event]) -> Iterator[str]:
+    """Yield what quality assurance is said to have decided about a unit that no later measurement releases."""
+    given = [payload_of(e, CertificateSigned, NonconformanceDecided) for e in events]
+    choices = [
+        g.disposition.choice
+        for g in given
+        if isinstance(g, CertificateSigned | NonconformanceDecided) and g.disposition is not None
+    ]
+    if not {*choices} <= {*RELEASING}:
+        decided = ", ".join(dict.fromkeys(CHOICES.get(each, each) for each in choices))
+        yield f"quality assurance decided before it was judged: {decided}"
+
+
+def _unread(events: Sequence[Event]) -> list[Step]:
+    """Return the steps on events about a unit that this program cannot weigh: they may hold anything against it."""
+    unknown = (event for event in events if event.what not in KINDS)
+    return [Step(f"the bench's store has {e.name}, of a kind that this program does not know", False) for e in unknown]
+
+
+def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[Step]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
     units, a simulated attempt, comparisons with a reference."""
     serial, entry = contents.serial, contents.record
     if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
-        yield f"nobody told its serial apart: {difference(serial, others[0])}"
+        yield Step(f"nobody told its serial apart: {difference(serial, others[0])}", complete=False)
     try:
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
     except BenchStopped as e:
-        yield f"its bench was stopped when it judged it: {e}"
+        yield Step(f"its bench was stopped when it judged it: {e}", complete=False)
     begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
     folder = attempt_number(PurePath(str(own.data["path"])).name)
     if not entry.simulated and folder in {each.number for each in begun if each.simulated}:
-        yield "the bench's store has its attempt as one that no instrument measures"
+        yield Step("the bench's store has its attempt as one that no instrument measures", complete=False)
     compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
     for row in (entry.calibration or {}).get("instruments", ()):
         if (last := row.get("reference")) is None:
@@ -194,7 +228,10 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
         places = [n for n, c in enumerate(known) if (c.time[:10], c.E_n) == (last["day"], last["E_n"])]
         if not places or not all(c.passed for c in known[places[-1] + 1 :]):
             what = "a later comparison, not passed," if places else "no comparison"
-            yield f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
+            words = f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
+            yield Step(words, complete=False)
+        elif failed := [c.time[:10] for c in known if not c.passed and c.time[:10] >= (row.get("calibrated") or "")]:
+            yield Step("", remark=f"{row['name']} missed its reference before, last on {failed[-1]}")
 
 
 def _too_late(
@@ -214,7 +251,7 @@ def _too_late(
             dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
             yield f"the clock was set back: {dated}, when {ended[0]} had run out"
         number = signer and signer.certificate.serial_number
-        for revoked, entry in ((e, entry) for e, listed in lists for entry in listed.entries):
+        for revoked, entry in ((e, entry) for e, keys_of in lists for entry in keys_of.entries):
             known = revoked.seq < event.seq and entry.since.isoformat() <= max(revoked.time, latest)
             if signer is not None and entry.serial_number == number and known:
                 where = f"was revoked in this bench's store, event {revoked.seq}, before it signed"
@@ -269,12 +306,12 @@ def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
     those after it was signed. If there are none here, its own bench may have some: nothing is known. The first line
     names the last one before that was not accepted, which the certificate need not state."""
     later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > signed + SAME_SECOND]
-    before = fold(events)
+    before, decided = fold(events), [Step("", remark=words) for words in _decided(events)]
     if later or before is None or before.ended[-1][1] in (UnitVerdict.ACCEPTED, VOIDED):
-        return _later(later) if later else []
+        return [*decided, *_later(later)] if later else decided
     when, verdict = before.time[:16].replace("T", " "), before.ended[-1][1]
     words = f"this bench's store has a judgement of {when} UTC, '{verdict}', that it does not know"
-    return [Step(words, remark=words)]
+    return [*decided, Step(words, remark=words)]
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
@@ -318,10 +355,18 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
     return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
 
 
-def _built(store: Store, contents: CertificateContent) -> Step:
+def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
+    """Check the parts: what the store holds against them now, and what held before the judgement that accepted them."""
     found = part_doubts(store, contents.record)
-    new = [words for words in found if words not in contents.record.part_doubts]
-    return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
+    if new := [words for words in found if words not in contents.record.part_doubts]:
+        yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
+    for name, part in sorted(contents.record.parts.items()):
+        events = list(counted(store, store.events(part)))
+        yield from _unread(events)
+        last = store.latest(part, UnitJudged.KIND)
+        said = [] if last is None else [*_unsigned(events, last)]
+        said += [f"has stood in {one}" for one in store.naming(part) if one != contents.serial]
+        yield from (Step("", remark=f"{name} {part}: {words}") for words in said)
 
 
 def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:

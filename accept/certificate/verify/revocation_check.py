@@ -1,12 +1,14 @@
 """The authority's list of revoked keys that is attached to a certificate, against its signatures."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 from cryptography import x509
 
-from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.outcome import InvalidCertificate
+from accept.certificate.contents.content import CertificateContent, canonical
+from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.trust import authority
 from accept.certificate.trust.revocation import RevocationError, RevocationList, Revoked, is_canonical, parsed
 from accept.certificate.verify.signatures import Signed, doubt_of
 
@@ -37,3 +39,18 @@ def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tupl
     """Return the signatures with the doubts of one more list. Raises InvalidCertificate if a key had been revoked when
     it signed."""
     return tuple(replace(s, doubt=s.doubt or doubt_of(s.certificate, s.when, revoked, s.stamped)) for s in signatures)
+
+
+_PEM = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\\n]+-----END CERTIFICATE-----")
+
+
+def left_since(contents: CertificateContent, signatures: Sequence[Signed], revoked: Sequence[Revoked]) -> list[Step]:
+    """Return a remark on every key that signed anything here and was revoked later, because its owner left: but for a
+    trusted timestamp only a clock says that it signed before. Signatures, decisions and approvals are held alike."""
+    text = canonical({**contents.provenance, "result": dict(contents.result)}).decode()
+    stated = [x509.load_pem_x509_certificate(pem.replace("\\n", "\n").encode()) for pem in _PEM.findall(text)]
+    signers = [s.certificate for s in signatures if not (s.stamped and s.stamped.trusted)]
+    persons = {c.serial_number: authority.person_of(c) for c in (*stated, *signers)}
+    words = "the key of {} was revoked on {:%Y-%m-%d}; that it signed before, only a clock says"
+    left = [entry for entry in revoked if entry.serial_number in persons and not entry.compromised]
+    return [Step("", remark=words.format(persons[entry.serial_number], entry.since)) for entry in left]

@@ -28,7 +28,7 @@ def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> 
     last = contents.stated.earlier.not_accepted if contents.stated.earlier else None
     if last is None or {*LOOKED_UP} <= {*looked_up} or contents.result["verdict"] != UnitVerdict.ACCEPTED:
         return Step(words)
-    return Step(words, remark=f"accepted after attempt {last.attempt} was {last.verdict} on {last.time[:10]}")
+    return Step(words, remark=last.words)
 
 
 def words_on_trust(contents: CertificateContent, unit: AttachedUnit, looked_up: Collection[str]) -> Step:

@@ -22,7 +22,7 @@ from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify import attachments
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.ports import AttachedUnit, Known, Ports
-from accept.certificate.verify.revocation_check import attached_entries, doubted_by
+from accept.certificate.verify.revocation_check import attached_entries, doubted_by, left_since
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
@@ -65,6 +65,7 @@ class Verification:
     simulated: bool = False
     nonconformances: tuple[str, ...] = ()
     authorised: bool = True
+    remarks: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:
@@ -156,6 +157,7 @@ def _compared(
         *guarded("the copies", check_copies, *against),
         *guarded("the dispositions", check_dispositions, *against),
         *benches,
+        *guarded("the keys", left_since, contents, signatures, given.revoked),
         guarded("the page", check_page, given.pdf, contents, signatures, given.roots, ports),
         guarded("judging again", attachments.check_result, judged, given.unit, again),
         spec := guarded("the spec", check_spec, *against),
@@ -185,7 +187,7 @@ def _outcome(given: _Given, steps: Sequence[Step], spec: Step, details: Sequence
         Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
         str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
         contents.provenance.get("head"), given.demo, spec.complete and not spec.remark,
-        all(seen) if seen else None, given.simulated, held, authorised,
+        all(seen) if seen else None, given.simulated, held, authorised, tuple(doubts),
     )  # fmt: skip
 
 

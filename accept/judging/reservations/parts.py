@@ -8,7 +8,7 @@ store holds no two units of such serials (`accept.base.spelling`).
 """
 
 from accept.base.documents.results import UnitHeader
-from accept.base.spelling import difference, spelling_key
+from accept.base.spelling import difference, serial_problem, spelling_key
 from accept.judging.reservations.nonconformance import open_nonconformances
 from accept.judging.reservations.void_attempts import voids
 from accept.store import Store
@@ -22,7 +22,7 @@ def part_doubts(store: Store, strut: UnitHeader) -> list[str]:
 
 
 def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
-    if not (part.isascii() and part.isprintable() and part == " ".join(part.split())):  # a reader sees another serial
+    if serial_problem(part) is not None:  # a reader sees another serial in it
         return [f"{name} {part!a} has characters that no serial has, so the store cannot tell which part it is"]
     if (known := store.other_spelling(part)) is not None:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
