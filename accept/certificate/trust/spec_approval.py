@@ -77,5 +77,19 @@ def approved_at(spec: Spec, home: Path) -> str | None:
     return stated.get("time")
 
 
+def approvals(home: Path, name: str, roots: Sequence[x509.Certificate]) -> list[str]:
+    """Return when quality assurance approved each version of a spec, ISO 8601, in order. Files that hold no approval
+    under these authorities are not counted."""
+    found = []
+    for path in _path(home, "").parent.glob("*.json"):
+        try:
+            approval: dict[str, Any] = json_of(read_bounded(path))
+            if approval_problem(approval, name, path.stem, roots, ()) is None:
+                found.append(str(approval["time"]))
+        except (OSError, ValueError):
+            continue
+    return sorted(found)
+
+
 def _path(home: Path, sha256: str) -> Path:
     return home / "approved-specs" / f"{sha256}.json"

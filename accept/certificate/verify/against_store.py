@@ -3,7 +3,7 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -20,12 +20,13 @@ from accept.base.version import code_sha256
 from accept.capture.reference_check import history
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.laboratory import number_of
-from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.trust import keys
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there, stored_lists
+from accept.certificate.trust.spec_approval import approvals
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -96,7 +97,7 @@ def check_store(
             told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
             held, signature = _held(store, contents, told[0]), told[0]
             if signature is None:
-                history = _later_than(events, signatures[0].when)
+                history = [*_later_than(events, signatures[0].when), *_alike(store, contents, complete=True)]
             else:
                 by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
                 history = _history(store, events, contents, by, roots)
@@ -106,7 +107,8 @@ def check_store(
                 ]
             compared = [_copied(store, contents, again), reread(store, contents, signature), *_built(store, contents)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            return [*other, held, *history, *_unread(events), *compared, _sound(store, contents, signature)]
+            compared += [_sound(store, contents, signature), *_newer_spec(contents, signatures[0].when, roots)]
+            return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
@@ -120,8 +122,11 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
         stated, own = StoreHead(head.seq, head.hash), store.signed_head()
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
-            known = {own and own.bench, *(e.data.get("bench") for e in store.events("", BenchStated.KIND))}
-            if head.bench not in known:  # a store is that of every bench that ever stated itself in it
+            by = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
+            if head.bench not in {
+                own and own.bench,
+                *(e.data.get("bench") for e in by),
+            }:  # it never wrote to this store
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -175,43 +180,54 @@ def _history(
 
 
 def _unsigned(events: Sequence[Event], judged: Event) -> Iterator[str]:
-    """Yield what spoke against a unit before it was judged. A store takes any judgement or confirmed serial, and nobody
-    of quality assurance signs these: they may end a doubt, and never unsaid."""
-    before = [e for e in events if e.seq < judged.seq]
-    yield from _decided(before)
+    """Yield what spoke against a unit before it was judged, beside the attempts that it states itself. A store takes
+    any judgement or confirmed serial, and nobody of quality assurance signs these: they may end a doubt, and never
+    unsaid."""
+    yield from _decided([e for e in events if e.seq < judged.seq])
     for told in (e for e in events if e.what == SerialConfirmed.KIND):
         if others := SerialConfirmed.of(told).unlike:
-            yield f"{told.by} told its serial apart from {listed(others)}"
-    ends = ends_before(fold(before))
-    if ends is not None and ends.not_accepted is not None and judged.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
-        yield ends.not_accepted.words
+            yield f"{quoted(told.by)} told its serial apart from {quoted(listed(others))}"
 
 
 def _decided(events: Sequence[Event]) -> Iterator[str]:
     """Yield what quality assurance is said to have decided about a unit that no later measurement releases."""
     given = [payload_of(e, CertificateSigned, NonconformanceDecided) for e in events]
-    choices = [
-        g.disposition.choice
-        for g in given
-        if isinstance(g, CertificateSigned | NonconformanceDecided) and g.disposition is not None
-    ]
-    if not {*choices} <= {*RELEASING}:
-        decided = ", ".join(dict.fromkeys(CHOICES.get(each, each) for each in choices))
-        yield f"quality assurance decided before it was judged: {decided}"
+    decided = [g.disposition for g in given if isinstance(g, CertificateSigned | NonconformanceDecided)]
+    choices = dict.fromkeys(each.choice for each in decided if each is not None and each.choice not in RELEASING)
+    if choices:
+        named = ", ".join(CHOICES.get(each, each) for each in choices)
+        yield f"quality assurance decided before it was judged: {named}"
 
 
-def _unread(events: Sequence[Event]) -> list[Step]:
-    """Return the steps on events about a unit that this program cannot weigh: they may hold anything against it."""
-    unknown = (event for event in events if event.what not in KINDS)
-    return [Step(f"the bench's store has {e.name}, of a kind that this program does not know", False) for e in unknown]
+def _unread(events: Iterable[Event]) -> Iterator[Step]:
+    """Yield the steps on events that this program cannot weigh: those about a unit may hold anything against it. Of
+    those about the bench nobody knows which units they concern."""
+    for event in (e for e in events if e.what not in KINDS):
+        words = f"the bench's store has {quoted(event.name)}, of a kind that this program does not know"
+        yield Step(words, complete=False) if event.subject else Step("", remark=words)
+
+
+def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> Iterator[Step]:
+    """Yield that quality assurance had approved a newer version of the spec: an approval of before holds still."""
+    since = (contents.stated.approval or {}).get("time")
+    for time in approvals(home(), contents.spec_name, roots) if since else ():
+        if since < time and datetime.fromisoformat(time) < signed:
+            yield Step("", remark=f"a newer version of its spec was approved on {time[:10]}")
+            break
+
+
+def _alike(store: Store, contents: CertificateContent, complete: bool) -> Iterator[Step]:
+    """Yield that the serial is taken for one of before, which another bench need not know. complete: of that one."""
+    if (others := unconfirmed(store, contents.serial)) and ALIKE not in contents.record.folder:
+        words = f"nobody told its serial apart: {difference(contents.serial, others[0])}"
+        yield Step(words, complete, remark=words if complete else "")
 
 
 def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[Step]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
     units, a simulated attempt, comparisons with a reference."""
     serial, entry = contents.serial, contents.record
-    if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
-        yield Step(f"nobody told its serial apart: {difference(serial, others[0])}", complete=False)
+    yield from _alike(store, contents, complete=False)
     try:
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
     except BenchStopped as e:
@@ -231,7 +247,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
             words = f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
             yield Step(words, complete=False)
         elif failed := [c.time[:10] for c in known if not c.passed and c.time[:10] >= (row.get("calibrated") or "")]:
-            yield Step("", remark=f"{row['name']} missed its reference before, last on {failed[-1]}")
+            yield Step("", remark=f"{quoted(row['name'])} missed its reference before, last on {failed[-1]}")
 
 
 def _too_late(
@@ -363,10 +379,13 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
     for name, part in sorted(contents.record.parts.items()):
         events = list(counted(store, store.events(part)))
         yield from _unread(events)
-        last = store.latest(part, UnitJudged.KIND)
-        said = [] if last is None else [*_unsigned(events, last)]
-        said += [f"has stood in {one}" for one in store.naming(part) if one != contents.serial]
-        yield from (Step("", remark=f"{name} {part}: {words}") for words in said)
+        said = ["has events here and was never judged"] if events else []
+        if (last := store.latest(part, UnitJudged.KIND)) is not None:
+            said, ends = [*_unsigned(events, last)], ends_before(fold(events, before=last.seq))
+            if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
+                said.append(ends.not_accepted.words)
+        said += [f"has stood in {quoted(one)}" for one in store.naming(part) if one != contents.serial]
+        yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
 
 
 def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:

@@ -3,11 +3,12 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 
 from cryptography import x509
 
 from accept.certificate.contents.content import CertificateContent, canonical
-from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.trust import authority
 from accept.certificate.trust.revocation import RevocationError, RevocationList, Revoked, is_canonical, parsed
 from accept.certificate.verify.signatures import Signed, doubt_of
@@ -44,13 +45,17 @@ def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tupl
 _PEM = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\\n]+-----END CERTIFICATE-----")
 
 
-def left_since(contents: CertificateContent, signatures: Sequence[Signed], revoked: Sequence[Revoked]) -> list[Step]:
-    """Return a remark on every key that signed anything here and was revoked later, because its owner left: but for a
-    trusted timestamp only a clock says that it signed before. Signatures, decisions and approvals are held alike."""
+def only_by_clock(
+    contents: CertificateContent, signatures: Sequence[Signed], revoked: Sequence[Revoked], now: datetime
+) -> list[Step]:
+    """Return a remark on every key that signed anything here and was revoked later, because its owner left, and on
+    every signer's that ran out: but for a trusted timestamp only a clock says that it signed before. Signatures,
+    decisions and approvals are held alike."""
     text = canonical({**contents.provenance, "result": dict(contents.result)}).decode()
     stated = [x509.load_pem_x509_certificate(pem.replace("\\n", "\n").encode()) for pem in _PEM.findall(text)]
     signers = [s.certificate for s in signatures if not (s.stamped and s.stamped.trusted)]
-    persons = {c.serial_number: authority.person_of(c) for c in (*stated, *signers)}
-    words = "the key of {} was revoked on {:%Y-%m-%d}; that it signed before, only a clock says"
-    left = [entry for entry in revoked if entry.serial_number in persons and not entry.compromised]
-    return [Step("", remark=words.format(persons[entry.serial_number], entry.since)) for entry in left]
+    left = {entry.serial_number: entry.since for entry in revoked if not entry.compromised}
+    ends = [(c, "was revoked", left.get(c.serial_number)) for c in (*stated, *signers)]
+    ends += [(c, "ran out", c.not_valid_after_utc) for c in signers if c.not_valid_after_utc < now]
+    said = [f"the key of {quoted(authority.person_of(c))} {how} on {day:%Y-%m-%d}" for c, how, day in ends if day]
+    return [Step("", remark=f"{words}; that it signed before, only a clock says") for words in dict.fromkeys(said)]

@@ -5,19 +5,30 @@ import re
 import shutil
 import time
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 
 from accept.base.home import home
 from accept.base.names import KeyHolder
+from accept.certificate import rejudge
+from accept.certificate.trust import keys
 from accept.store import open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import KINDS, SerialConfirmed, UnitJudged
 from checks.verdict import UnitVerdict
 from tests.accept.certificate.verify.test_own_events import compared, spec_with_reference, with_bench_file
-from tests.accept.certificate.verify.test_patched_program import BENCH, _bench, doubted, events, quality_assurance
+from tests.accept.certificate.verify.test_patched_program import (
+    BENCH,
+    _bench,
+    doubted,
+    events,
+    noted,
+    quality_assurance,
+)
 from tests.accept.certificate.verify.test_statements import accept, certified, own_spec, plainly, unit, verified
+from tests.accept.certificate.verify.verify_help import verify
 
 __all__ = ["_bench"]
 TECHNICIAN = KeyHolder("Test Technician")
@@ -46,8 +57,8 @@ def test_a_part_that_quality_assurance_scrapped_and_that_is_measured_again(tmp_p
     assert accept("countersign", rejected, *SCRAP).exit_code == 0
     certified(tmp_path, "second", serial="P-1", stroke=366.2)
     done = verified(with_part(tmp_path, "S-1", "P-1"))
-    assert "apa P-1: quality assurance decided before it was judged: scrap;" in done.stdout
-    assert "apa P-1: accepted after attempt 1 was rejected on 20" in done.stdout
+    assert "'apa P-1': quality assurance decided before it was judged: scrap;" in done.stdout
+    assert "'apa P-1': accepted after attempt 1 was rejected on 20" in done.stdout
 
 
 def test_a_judgement_of_a_part_that_nobody_made(tmp_path: Path) -> None:
@@ -57,7 +68,15 @@ def test_a_judgement_of_a_part_that_nobody_made(tmp_path: Path) -> None:
     made_up = replace(made_up, result=replace(made_up.result, verdict=UnitVerdict.ACCEPTED))
     with open_store() as store:
         store.write(made_up, "P-1", who=TECHNICIAN, spec=event.spec)
-    assert "apa P-1: accepted after attempt 1 was rejected on 20" in verified(with_part(tmp_path, "S-1", "P-1")).stdout
+    assert (
+        "'apa P-1': accepted after attempt 1 was rejected on 20" in verified(with_part(tmp_path, "S-1", "P-1")).stdout
+    )
+
+
+def test_a_part_that_is_cracked_and_was_never_judged(tmp_path: Path) -> None:
+    noted("P-1", "stiffness", "frame cracked")
+    done = verified(with_part(tmp_path, "S-1", "P-1"))
+    assert "S-1 conditional; 'apa P-1': has events here and was never judged;" in done.stdout
 
 
 def test_a_part_that_an_event_takes_out_of_another_strut(tmp_path: Path) -> None:
@@ -69,7 +88,7 @@ def test_a_part_that_an_event_takes_out_of_another_strut(tmp_path: Path) -> None
         rebuilt = replace(made_up, result=replace(made_up.result, parts={}))
         store.write(rebuilt, "S-9", who=TECHNICIAN, spec=event.spec)
     done = verified(with_part(tmp_path, "S-1", "P-1", stroke=366.4))
-    assert "S-1 accepted; apa P-1: has stood in S-9;" in done.stdout
+    assert "S-1 accepted; 'apa P-1': has stood in 'S-9';" in done.stdout
 
 
 @pytest.mark.parametrize("part", ["P-1,", "SN P-1", "P 1", "P-1 rev2", "(P-1)", "#P-1", "P-1/"])
@@ -83,7 +102,18 @@ def test_a_serial_that_an_event_tells_apart(tmp_path: Path) -> None:
     with open_store() as store:
         store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
     done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
-    assert "A-O1 accepted; Test Technician told its serial apart from A-01;" in done.stdout
+    assert "A-O1 accepted; 'Test Technician' told its serial apart from 'A-01';" in done.stdout
+
+
+def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
+    certified(tmp_path, "first", serial="A-01", stroke=181.7)
+    with open_store() as store:
+        store.write(SerialConfirmed(("A-01; countersigned",)), "A-O1", who=KeyHolder("x'; signed by 'Grace' as qa"))
+        store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
+    done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
+    assert (
+        "A-O1 accepted; 'x’, signed by ’Grace’ as qa' told its serial apart from 'A-01, countersigned';" in done.stdout
+    )
 
 
 def test_a_comparison_that_was_passed_after_one_that_was_not(tmp_path: Path) -> None:
@@ -92,15 +122,18 @@ def test_a_comparison_that_was_passed_after_one_that_was_not(tmp_path: Path) -> 
         with open_store() as store:
             store.write(compared(E_n), who=TECHNICIAN)
     done = verified(with_bench_file(tmp_path, "A-1", BENCH.replace("2025-01-01", "2099-01-01"), spec))
-    assert "tip missed its reference before, last on 20" in done.stdout
+    assert "'tip' missed its reference before, last on 20" in done.stdout
 
 
 def test_the_store_has_an_event_of_a_kind_that_is_not_known(tmp_path: Path) -> None:
     """Of a newer program, which shares the store."""
     pdf = certified(tmp_path, "A-1")
     with open_store() as store:
+        store.append("bench_moved", "", {}, who="Grace")
+    assert "B-1 accepted; the bench's store has 'event 4 (bench_moved)', of a kind" in verified(pdf).stdout
+    with open_store() as store:
         store.append("unit_scrapped", "B-1", {"reason": "broken"}, who="Grace")
-    doubted(verified(pdf), "(unit_scrapped B-1), of a kind that this program does not know")
+    doubted(verified(pdf), "(unit_scrapped B-1)', of a kind that this program does not know")
 
 
 def test_a_table_of_certificates_says_what_the_first_line_says(tmp_path: Path) -> None:
@@ -123,7 +156,44 @@ def test_who_left_is_named_away_from_the_bench_too(tmp_path: Path, monkeypatch: 
         shutil.copy(home() / "keys" / name, away)
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "none"))
     done = verified(pdf, "--trust", away / "ca.pem")
-    assert "B-1 accepted; the key of Test Technician was revoked on 20" in done.stdout
+    assert "B-1 accepted; the key of 'Test Technician' was revoked on 20" in done.stdout
+
+
+def test_a_key_that_ran_out_since_is_named(tmp_path: Path) -> None:
+    pdf = certified(tmp_path, "A-1").read_bytes()
+    trust = [keys.ca(home())]
+    assert "ran out" not in verify(pdf, trust, rejudge).reason
+    later = verify(pdf, trust, rejudge, datetime.now(UTC) + timedelta(days=365 * 5 + 2))
+    assert later.valid
+    assert "B-1 accepted; the key of 'Test Technician' ran out on 20" in later.reason
+
+
+def test_a_serial_that_is_taken_for_one_of_this_bench_is_named_on_a_certificate_of_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    certified(tmp_path, "first", serial="A-01", stroke=181.7)
+    bench, other = home(), tmp_path / "other"
+    shutil.copytree(bench / "keys", other / "keys", ignore=shutil.ignore_patterns("bench.*"))
+    with monkeypatch.context() as m:
+        m.setenv("ACCEPT_HOME", str(other))
+        assert accept("keys", "request", "--role", "bench", "--name", "bench 2").exit_code == 0
+        assert accept("keys", "issue", other / "keys" / "bench.request.pem").exit_code == 0
+        pdf = certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95)
+    assert "A-O1 accepted; nobody told its serial apart: A-O1 differs from A-01" in verified(pdf).stdout
+
+
+def test_a_spec_of_which_a_newer_version_is_approved(tmp_path: Path) -> None:
+    older, newer = own_spec(tmp_path / "mine.toml"), tmp_path / "newer.toml"
+    newer.write_text(older.read_text().replace("upper = 5.5", "upper = 5.4"))
+    assert newer.read_text() != older.read_text()
+    assert accept("spec", "approve", older).exit_code == 0
+    before = certified(tmp_path, "A-1", spec=str(older))
+    time.sleep(1.0)  # an approval states whole seconds
+    assert accept("spec", "approve", newer).exit_code == 0
+    time.sleep(1.0)
+    pdf = certified(tmp_path, "A-2", spec=str(older), serial="B-2", stroke=366.2, sensor=4.95)
+    assert "B-2 accepted; a newer version of its spec was approved on 20" in verified(pdf).stdout
+    assert "newer version" not in verified(before).stdout
 
 
 def test_who_approved_the_spec_and_left_is_named(tmp_path: Path) -> None:
@@ -132,7 +202,7 @@ def test_who_approved_the_spec_and_left_is_named(tmp_path: Path) -> None:
     pdf = certified(tmp_path, "A-1", spec=str(spec))
     time.sleep(1.0)
     assert accept("keys", "revoke", "Grace", "--reason", "left").exit_code == 0
-    assert "B-1 accepted; the key of Grace was revoked on 20" in verified(pdf).stdout
+    assert "B-1 accepted; the key of 'Grace' was revoked on 20" in verified(pdf).stdout
 
 
 def test_a_certificate_that_its_store_was_never_told_of_is_not_of_another_bench(
