@@ -122,11 +122,8 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
         stated, own = StoreHead(head.seq, head.hash), store.signed_head()
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
-            by = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
-            if head.bench not in {
-                own and own.bench,
-                *(e.data.get("bench") for e in by),
-            }:  # it never wrote to this store
+            wrote = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
+            if head.bench not in (own and own.bench, *(e.data.get("bench") for e in wrote)):
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -233,9 +230,10 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
     except BenchStopped as e:
         yield Step(f"its bench was stopped when it judged it: {e}", complete=False)
     begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
-    folder = attempt_number(PurePath(str(own.data["path"])).name)
-    if not entry.simulated and folder in {each.number for each in begun if each.simulated}:
-        yield Step("the bench's store has its attempt as one that no instrument measures", complete=False)
+    if simulated := {each.number for each in begun if each.simulated and not entry.simulated}:
+        its = attempt_number(PurePath(str(own.data["path"])).name) in simulated  # whoever moves it makes it another
+        words = f"the bench's store has {'its' if its else 'an'} attempt as one that no instrument measures"
+        yield Step(words, complete=not its, remark="" if its else words)
     compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
     for row in (entry.calibration or {}).get("instruments", ()):
         if (last := row.get("reference")) is None:

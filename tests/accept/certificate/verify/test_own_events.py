@@ -386,7 +386,9 @@ def test_an_attempt_that_the_workflow_began_as_simulated(tmp_path: Path) -> None
     doubted(verified(pdf), "the bench's store has its attempt as one that no instrument measures")
     with open_store() as store:
         store.write(AttemptStarted(2, "apa", {}, "measured"), "B-1", who=TECHNICIAN)
-    assert plainly(verified(certified(tmp_path / "B-1", "attempt-2", stroke=366.2)))
+    second = verified(certified(tmp_path / "B-1", "attempt-2", stroke=366.2))
+    assert plainly(second)
+    assert "B-1 accepted; the bench's store has an attempt as one that no instrument measures;" in second.stdout
     doubted(verified(certified(tmp_path / "B-1", "attempt-1")), "as one that no instrument measures")
 
 
