@@ -15,7 +15,7 @@ from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
 from accept.base.names import same_person
 from accept.base.plain_text import listed
-from accept.base.spelling import difference
+from accept.base.spelling import difference, spelling_key
 from accept.base.version import code_sha256
 from accept.capture.reference_check import history
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
@@ -105,7 +105,13 @@ def check_store(
                 history = [
                     replace(step, looked_up=(), current=None if step.current else step.current) for step in history
                 ]
-            compared = [_copied(store, contents, again), reread(store, contents, signature), *_built(store, contents)]
+            judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
+            path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
+            compared = [
+                _copied(store, contents, again, path),
+                reread(store, contents, signature),
+                *_built(store, contents),
+            ]
             other = [Step(problem, complete=stated != certified)] if problem else []
             compared += [_sound(store, contents, signature), *_newer_spec(contents, signatures[0].when, roots)]
             return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
@@ -338,21 +344,22 @@ def _later(judged: Sequence[Event]) -> list[Step]:
     return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
 
 
-def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None) -> Step:
-    """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
-    signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
+def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None, folder: str | None) -> Step:
+    """Check the recordings. Not complete if the store has a judgement of another unit, or of this one in another folder
+    or section, by the same samples, without a signed decision on where they belong. The samples are those of the
+    attached records, whatever the result states. folder: where the unit was judged, None if the store has not that."""
     entry = contents.record
     samples = {**entry.samples, **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
-    found = copies_of(store, contents.serial, None, samples)
+    found = copies_of(store, contents.serial, folder, samples)
     stated = {copy["sample"] for copy in entry.copies if copy["withheld"]}
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
     others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in counted)
     same = "; ".join(f"{copy['sample']} is also {where}" for copy, where in zip(counted, others, strict=True))
-    words = "its recordings were given for other units too, without a decision of quality assurance"
+    words = "its recordings were given for other units too, or elsewhere, without a decision of quality assurance"
     return Step(f"{words}: {same}", complete=False)
 
 
@@ -371,10 +378,10 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
 
 def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
     """Check the parts: what the store holds against them now, and what held before the judgement that accepted them."""
-    found = part_doubts(store, contents.record)
+    found, parts = part_doubts(store, contents.record), contents.record.parts
     if new := [words for words in found if words not in contents.record.part_doubts]:
         yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
-    for name, part in sorted(contents.record.parts.items()):
+    for name, part in sorted(parts.items()):
         events = list(counted(store, store.events(part)))
         yield from _unread(events)
         said = ["has events here and was never judged"] if events else []
@@ -382,6 +389,9 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
             said, ends = [*_unsigned(events, last)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
+        said += (
+            ["stands in two places"] if list(map(spelling_key, parts.values())).count(spelling_key(part)) > 1 else []
+        )
         said += [f"has stood in {quoted(one)}" for one in store.naming(part) if one != contents.serial]
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
 

@@ -1,13 +1,14 @@
 """The authority's list of revoked keys that is attached to a certificate, against its signatures."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
+from typing import Any
 
 from cryptography import x509
 
-from accept.certificate.contents.content import CertificateContent, canonical
+from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.trust import authority
 from accept.certificate.trust.revocation import RevocationError, RevocationList, Revoked, is_canonical, parsed
@@ -42,7 +43,14 @@ def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tupl
     return tuple(replace(s, doubt=s.doubt or doubt_of(s.certificate, s.when, revoked, s.stamped)) for s in signatures)
 
 
-_PEM = re.compile(r"-----BEGIN CERTIFICATE-----[A-Za-z0-9+/=\\n]+-----END CERTIFICATE-----")
+def _stated(content: Any) -> Iterator[x509.Certificate]:
+    """Yield every certificate of a key in a document, as whoever relies on it reads it."""
+    if isinstance(content, Mapping | list | tuple):
+        for each in content.values() if isinstance(content, Mapping) else content:
+            yield from _stated(each)
+    elif isinstance(content, str) and "CERTIFICATE" in content:
+        with suppress(ValueError):  # other words
+            yield x509.load_pem_x509_certificate(content.encode())
 
 
 def only_by_clock(
@@ -51,8 +59,7 @@ def only_by_clock(
     """Return a remark on every key that signed anything here and was revoked later, because its owner left, and on
     every signer's that ran out: but for a trusted timestamp only a clock says that it signed before. Signatures,
     decisions and approvals are held alike."""
-    text = canonical({**contents.provenance, "result": dict(contents.result)}).decode()
-    stated = [x509.load_pem_x509_certificate(pem.replace("\\n", "\n").encode()) for pem in _PEM.findall(text)]
+    stated = (*_stated(contents.provenance), *_stated(contents.result))
     signers = [s.certificate for s in signatures if not (s.stamped and s.stamped.trusted)]
     left = {entry.serial_number: entry.since for entry in revoked if not entry.compromised}
     ends = [(c, "was revoked", left.get(c.serial_number)) for c in (*stated, *signers)]

@@ -91,6 +91,22 @@ def test_a_part_that_an_event_takes_out_of_another_strut(tmp_path: Path) -> None
     assert "S-1 accepted; 'apa P-1': has stood in 'S-9';" in done.stdout
 
 
+def test_a_part_in_two_places(tmp_path: Path) -> None:
+    folder, pdf = unit(tmp_path / "S-1", serial="S-1"), tmp_path / "S-1.pdf"
+    with folder.joinpath("unit.toml").open("a") as file:
+        file.write('[parts]\njoint_bottom = "J-1"\njoint_top = "j-1"\n')
+    accept("report", folder, "--spec", "apa-basic", "--out", pdf)
+    assert "accepted; 'joint_bottom J-1': stands in two places; 'joint_top j-1': stands in" in verified(pdf).stdout
+
+
+def test_words_that_look_like_a_certificate_are_words(tmp_path: Path) -> None:
+    folder, pdf = unit(tmp_path / "A-1"), tmp_path / "A-1.pdf"
+    with folder.joinpath("unit.toml").open("a") as file:
+        file.write('[notes]\nstroke = ["-----BEGIN CERTIFICATE-----AAAA-----END CERTIFICATE-----"]\n')
+    accept("report", folder, "--spec", "apa-basic", "--out", pdf)
+    assert plainly(verified(pdf))
+
+
 @pytest.mark.parametrize("part", ["P-1,", "SN P-1", "P 1", "P-1 rev2", "(P-1)", "#P-1", "P-1/"])
 def test_a_part_is_named_by_a_serial(tmp_path: Path, part: str) -> None:
     certified(tmp_path, "P-1", serial="P-1", stroke=181.7)
