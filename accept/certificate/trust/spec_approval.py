@@ -1,6 +1,7 @@
 """Approval of a spec by quality assurance, with every model file that it names; it is kept at the bench."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -82,12 +83,10 @@ def approvals(home: Path, name: str, roots: Sequence[x509.Certificate]) -> list[
     under these authorities are not counted."""
     found = []
     for path in _path(home, "").parent.glob("*.json"):
-        try:
+        with suppress(OSError, ValueError):
             approval: dict[str, Any] = json_of(read_bounded(path))
             if approval_problem(approval, name, path.stem, roots, ()) is None:
                 found.append(str(approval["time"]))
-        except (OSError, ValueError):
-            continue
     return sorted(found)
 
 

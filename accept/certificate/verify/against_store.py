@@ -3,6 +3,8 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
+import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -175,31 +177,25 @@ def _history(
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
-        *(Step("", remark=words) for words in _unsigned(events, own)),
+        *(Step("", remark=words) for words in _unsigned(events, own.seq)),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *_made_up(store, contents, own),
         *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
     ]
 
 
-def _unsigned(events: Sequence[Event], judged: Event) -> Iterator[str]:
+def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str]:
     """Yield what spoke against a unit before it was judged, beside the attempts that it states itself. A store takes
     any judgement or confirmed serial, and nobody of quality assurance signs these: they may end a doubt, and never
-    unsaid."""
-    yield from _decided([e for e in events if e.seq < judged.seq])
+    unsaid. judged: number of the event."""
+    given = [payload_of(e, CertificateSigned, NonconformanceDecided) for e in events if e.seq < judged]
+    decided = [g.disposition for g in given if isinstance(g, CertificateSigned | NonconformanceDecided)]
+    choices = dict.fromkeys(each.choice for each in decided if each is not None and each.choice not in RELEASING)
+    if named := ", ".join(CHOICES.get(each, quoted(each)) for each in choices):
+        yield f"quality assurance decided before it was judged: {named}"
     for told in (e for e in events if e.what == SerialConfirmed.KIND):
         if others := SerialConfirmed.of(told).unlike:
             yield f"{quoted(told.by)} told its serial apart from {quoted(listed(others))}"
-
-
-def _decided(events: Sequence[Event]) -> Iterator[str]:
-    """Yield what quality assurance is said to have decided about a unit that no later measurement releases."""
-    given = [payload_of(e, CertificateSigned, NonconformanceDecided) for e in events]
-    decided = [g.disposition for g in given if isinstance(g, CertificateSigned | NonconformanceDecided)]
-    choices = dict.fromkeys(each.choice for each in decided if each is not None and each.choice not in RELEASING)
-    if choices:
-        named = ", ".join(CHOICES.get(each, each) for each in choices)
-        yield f"quality assurance decided before it was judged: {named}"
 
 
 def _unread(events: Iterable[Event]) -> Iterator[Step]:
@@ -210,13 +206,12 @@ def _unread(events: Iterable[Event]) -> Iterator[Step]:
         yield Step(words, complete=False) if event.subject else Step("", remark=words)
 
 
-def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> Iterator[Step]:
-    """Yield that quality assurance had approved a newer version of the spec: an approval of before holds still."""
-    since = (contents.stated.approval or {}).get("time")
-    for time in approvals(home(), contents.spec_name, roots) if since else ():
-        if since < time and datetime.fromisoformat(time) < signed:
-            yield Step("", remark=f"a newer version of its spec was approved on {time[:10]}")
-            break
+def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
+    """Return that quality assurance had approved a newer version of the spec: an approval of before holds still."""
+    since = (contents.stated.approval or {}).get("time", "")
+    known = approvals(home(), contents.spec_name, roots) if since else []
+    newer = [time for time in known if since < time and datetime.fromisoformat(time) < signed]
+    return [Step("", remark=f"a newer version of its spec was approved on {time[:10]}") for time in newer[:1]]
 
 
 def _alike(store: Store, contents: CertificateContent, complete: bool) -> Iterator[Step]:
@@ -326,7 +321,7 @@ def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
     those after it was signed. If there are none here, its own bench may have some: nothing is known. The first line
     names the last one before that was not accepted, which the certificate need not state."""
     later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > signed + SAME_SECOND]
-    before, decided = fold(events), [Step("", remark=words) for words in _decided(events)]
+    before, decided = fold(events), [Step("", remark=words) for words in _unsigned(events)]
     if later or before is None or before.ended[-1][1] in (UnitVerdict.ACCEPTED, VOIDED):
         return [*decided, *_later(later)] if later else decided
     when, verdict = before.time[:16].replace("T", " "), before.ended[-1][1]
@@ -381,17 +376,16 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
     found, parts = part_doubts(store, contents.record), contents.record.parts
     if new := [words for words in found if words not in contents.record.part_doubts]:
         yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
+    places = Counter(map(spelling_key, parts.values()))
     for name, part in sorted(parts.items()):
-        events = list(counted(store, store.events(part)))
+        events, last = list(counted(store, store.events(part))), store.latest(part, UnitJudged.KIND)
         yield from _unread(events)
-        said = ["has events here and was never judged"] if events else []
-        if (last := store.latest(part, UnitJudged.KIND)) is not None:
-            said, ends = [*_unsigned(events, last)], ends_before(fold(events, before=last.seq))
+        said = ["has events here and was never judged"] if events and last is None else []
+        if last is not None:
+            said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
-        said += (
-            ["stands in two places"] if list(map(spelling_key, parts.values())).count(spelling_key(part)) > 1 else []
-        )
+        said += ["stands in two places"] if places[spelling_key(part)] > 1 else []
         said += [f"has stood in {quoted(one)}" for one in store.naming(part) if one != contents.serial]
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
 

@@ -132,6 +132,16 @@ def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Pat
     )
 
 
+def test_a_decision_of_another_word_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
+    certified(tmp_path, "A-1", stroke=181.7)
+    signed = events("B-1", "certificate_signed")[-1]
+    choice = {"choice": "x; signed by 'Grace' as qa", "reason": "y"}
+    with open_store() as store:
+        store.append(signed.what, "B-1", {**signed.data, "sha256": "0" * 64, "disposition": choice}, who="Grace")
+    done = verified(certified(tmp_path, "A-2", stroke=366.2))
+    assert "decided before it was judged: 'x, signed by ’Grace’ as qa';" in done.stdout
+
+
 def test_a_comparison_that_was_passed_after_one_that_was_not(tmp_path: Path) -> None:
     spec = spec_with_reference(tmp_path / "mine.toml")
     for E_n in (3.0, 0.5):
