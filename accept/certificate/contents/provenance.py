@@ -113,7 +113,6 @@ class Stopped(Part):
 
     @property
     def words(self) -> str:
-        """What is said of it beside a unit that was accepted since."""
         return f"accepted after attempt {self.attempt} was {self.verdict} on {self.time[:10]}"
 
 

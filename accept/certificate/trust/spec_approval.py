@@ -79,8 +79,7 @@ def approved_at(spec: Spec, home: Path) -> str | None:
 
 
 def approvals(home: Path, name: str, roots: Sequence[x509.Certificate]) -> list[str]:
-    """Return when quality assurance approved each version of a spec, ISO 8601, in order. Files that hold no approval
-    under these authorities are not counted."""
+    """Return when quality assurance approved each version of a spec under these authorities, ISO 8601, in order."""
     found = []
     for path in _path(home, "").parent.glob("*.json"):
         with suppress(OSError, ValueError):

@@ -5,7 +5,7 @@ order."""
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -58,7 +58,6 @@ from accept.store.payloads import (
     NonconformanceDecided,
     SerialConfirmed,
     UnitJudged,
-    payload_of,
 )
 from accept.units import attempt_number
 from checks.verdict import UnitVerdict, Verdict
@@ -103,7 +102,7 @@ def check_store(
             else:
                 by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
                 history = _history(store, events, contents, by, roots)
-            if held is _ELSEWHERE:  # what was told to this store weakens, and proves nothing
+            if held is _ELSEWHERE or not held.complete:  # what was told to this store weakens, and proves nothing
                 history = [
                     replace(step, looked_up=(), current=None if step.current else step.current) for step in history
                 ]
@@ -185,22 +184,24 @@ def _history(
 
 
 def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str]:
-    """Yield what spoke against a unit before it was judged, beside the attempts that it states itself. A store takes
-    any judgement or confirmed serial, and nobody of quality assurance signs these: they may end a doubt, and never
-    unsaid. judged: number of the event."""
-    given = [payload_of(e, CertificateSigned, NonconformanceDecided) for e in events if e.seq < judged]
-    decided = [g.disposition for g in given if isinstance(g, CertificateSigned | NonconformanceDecided)]
-    choices = dict.fromkeys(each.choice for each in decided if each is not None and each.choice not in RELEASING)
-    if named := ", ".join(CHOICES.get(each, quoted(each)) for each in choices):
+    """Yield what was against a unit before an event, but for its attempts, and what ended it: a store takes any
+    judgement and any confirmed serial, and quality assurance signs neither."""
+    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND and e.seq < judged]
+    choices = dict.fromkeys(each.disposition.choice for each in signed if each.disposition)
+    if named := ", ".join(CHOICES.get(each, quoted(each)) for each in choices if each not in RELEASING):
         yield f"quality assurance decided before it was judged: {named}"
-    for told in (e for e in events if e.what == SerialConfirmed.KIND):
-        if others := SerialConfirmed.of(told).unlike:
-            yield f"{quoted(told.by)} told its serial apart from {quoted(listed(others))}"
+    told = ((e.by, SerialConfirmed.of(e).unlike) for e in events if e.what == SerialConfirmed.KIND)
+    yield from (f"{quoted(who)} told its serial apart from {quoted(listed(others))}" for who, others in told if others)
+
+
+def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:
+    """Return the last decisions about these nonconformances, and those that release no unit, whatever holds it now."""
+    last = {words: each for each in given for words in each.nonconformances}
+    return [*dict.fromkeys(d for w, d in last.items() if w in stated or d.disposition.choice not in RELEASING)]
 
 
 def _unread(events: Iterable[Event]) -> Iterator[Step]:
-    """Yield the steps on events that this program cannot weigh: those about a unit may hold anything against it. Of
-    those about the bench nobody knows which units they concern."""
+    """Yield the steps on events of other kinds, which may hold anything against a unit, or against all of a bench."""
     for event in (e for e in events if e.what not in KINDS):
         words = f"the bench's store has {quoted(event.name)}, of a kind that this program does not know"
         yield Step(words, complete=False) if event.subject else Step("", remark=words)
@@ -232,7 +233,7 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
         yield Step(f"its bench was stopped when it judged it: {e}", complete=False)
     begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
     if simulated := {each.number for each in begun if each.simulated and not entry.simulated}:
-        its = attempt_number(PurePath(str(own.data["path"])).name) in simulated  # whoever moves it makes it another
+        its = attempt_number(PurePath(str(own.data["path"])).name) in simulated  # a folder can be renamed
         words = f"the bench's store has {'its' if its else 'an'} attempt as one that no instrument measures"
         yield Step(words, complete=not its, remark="" if its else words)
     compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
@@ -340,9 +341,9 @@ def _later(judged: Sequence[Event]) -> list[Step]:
 
 
 def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None, folder: str | None) -> Step:
-    """Check the recordings. Not complete if the store has a judgement of another unit, or of this one in another folder
-    or section, by the same samples, without a signed decision on where they belong. The samples are those of the
-    attached records, whatever the result states. folder: where the unit was judged, None if the store has not that."""
+    """Check the recordings. Not complete if the store has a judgement by the same samples, of another unit, folder or
+    section, without a signed decision on where they belong. The samples are those of the attached records,
+    whatever the result states. folder: where the unit was judged, None if unknown."""
     entry = contents.record
     samples = {**entry.samples, **(again.samples if again is not None else {})}
     if not samples:
@@ -385,6 +386,8 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
             said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
+        decided = _decided(standing(store, part, {}).decided)
+        said += [f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in decided]
         said += ["stands in two places"] if places[spelling_key(part)] > 1 else []
         said += [f"has stood in {quoted(one)}" for one in store.naming(part) if one != contents.serial]
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
@@ -407,7 +410,6 @@ def _sound(store: Store, contents: CertificateContent, signature: Event | None) 
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
         return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
-    last = {words: decided for decided in now.decided for words in decided.nonconformances}
-    later = [*dict.fromkeys(last[words] for words in stated if words in last)]
+    later = _decided(now.decided, stated)
     remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
     return Step("; ".join(words_of(each) for each in later), remark=remark)

@@ -44,7 +44,7 @@ def doubted_by(revoked: Sequence[Revoked], signatures: Sequence[Signed]) -> tupl
 
 
 def _stated(content: Any) -> Iterator[x509.Certificate]:
-    """Yield every certificate of a key in a document, as whoever relies on it reads it."""
+    """Yield every certificate of a key in a document, read as the checks of its signature read it."""
     if isinstance(content, Mapping | list | tuple):
         for each in content.values() if isinstance(content, Mapping) else content:
             yield from _stated(each)
@@ -56,9 +56,8 @@ def _stated(content: Any) -> Iterator[x509.Certificate]:
 def only_by_clock(
     contents: CertificateContent, signatures: Sequence[Signed], revoked: Sequence[Revoked], now: datetime
 ) -> list[Step]:
-    """Return a remark on every key that signed anything here and was revoked later, because its owner left, and on
-    every signer's that ran out: but for a trusted timestamp only a clock says that it signed before. Signatures,
-    decisions and approvals are held alike."""
+    """Return a remark on every key that signed anything here, a decision or an approval too, and was revoked later,
+    because its owner left, and on every signer's that ran out, but for a signature with a trusted timestamp."""
     stated = (*_stated(contents.provenance), *_stated(contents.result))
     signers = [s.certificate for s in signatures if not (s.stamped and s.stamped.trusted)]
     left = {entry.serial_number: entry.since for entry in revoked if not entry.compromised}

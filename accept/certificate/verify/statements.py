@@ -19,7 +19,7 @@ OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and
 def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
     """Name the fields that are stated and that only a store or a list shows, or nothing at all, without those that were
     looked up: they are the word of bench and technician, who signed them. The first line names an attempt before that
-    was not accepted, also where a store was asked: nobody of quality assurance signs a judgement."""
+    was not accepted, also where a store was asked: quality assurance signs no judgement."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
     stated |= set(contents.unit_file)
     rows = (s for s in STATEMENTS if {Way.LOOKED_UP, Way.STATED} & {*s.ways} and s.field != "operator")
