@@ -4,7 +4,6 @@ order."""
 
 import hashlib
 import math
-from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -188,10 +187,11 @@ def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str
     judgement and any confirmed serial, and quality assurance signs neither."""
     signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND and e.seq < judged]
     choices = dict.fromkeys(each.disposition.choice for each in signed if each.disposition)
-    if named := ", ".join(CHOICES.get(each, quoted(each)) for each in choices if each not in RELEASING):
-        yield f"quality assurance decided before it was judged: {named}"
-    told = ((e.by, SerialConfirmed.of(e).unlike) for e in events if e.what == SerialConfirmed.KIND)
-    yield from (f"{quoted(who)} told its serial apart from {quoted(listed(others))}" for who, others in told if others)
+    if named := [CHOICES.get(each, quoted(each)) for each in choices if each not in RELEASING]:
+        yield f"quality assurance decided before it was judged: {listed(named)}"
+    told = {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}
+    if told:
+        yield f"its serial was told apart from others by {listed(sorted(told))}"
 
 
 def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:
@@ -200,11 +200,14 @@ def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = (
     return [*dict.fromkeys(d for w, d in last.items() if w in stated or d.disposition.choice not in RELEASING)]
 
 
-def _unread(events: Iterable[Event]) -> Iterator[Step]:
-    """Yield the steps on events of other kinds, which may hold anything against a unit, or against all of a bench."""
-    for event in (e for e in events if e.what not in KINDS):
-        words = f"the bench's store has {quoted(event.name)}, of a kind that this program does not know"
-        yield Step(words, complete=False) if event.subject else Step("", remark=words)
+def _unread(events: Iterable[Event]) -> list[Step]:
+    """Return the step on events of other kinds, which may hold anything against a unit, or against all of a bench."""
+    unknown = [event for event in events if event.what not in KINDS]
+    words = (
+        f"the bench's store has {listed([quoted(e.name) for e in unknown])}, of a kind that this program does not know"
+    )
+    of_bench = not any(event.subject for event in unknown)
+    return [Step(words, of_bench, remark=words if of_bench else "")] if unknown else []
 
 
 def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
@@ -377,19 +380,19 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
     found, parts = part_doubts(store, contents.record), contents.record.parts
     if new := [words for words in found if words not in contents.record.part_doubts]:
         yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
-    places = Counter(map(spelling_key, parts.values()))
     for name, part in sorted(parts.items()):
         events, last = list(counted(store, store.events(part))), store.latest(part, UnitJudged.KIND)
         yield from _unread(events)
-        said = ["has events here and was never judged"] if events and last is None else []
+        said = ["has events here and was never judged"] if events else []
         if last is not None:
             said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
         decided = _decided(standing(store, part, {}).decided)
         said += [f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in decided]
-        said += ["stands in two places"] if places[spelling_key(part)] > 1 else []
-        said += [f"has stood in {quoted(one)}" for one in store.naming(part) if one != contents.serial]
+        said += ["stands in two places"] if [*map(spelling_key, parts.values())].count(spelling_key(part)) > 1 else []
+        others = [quoted(one) for one in store.naming(part) if one != contents.serial]
+        said += [f"has stood in {listed(others)}"] if others else []
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
 
 

@@ -495,7 +495,7 @@ def test_a_serial_that_an_event_tells_apart(tmp_path: Path) -> None:
     with open_store() as store:
         store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
     done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
-    assert "A-O1 accepted; 'Test Technician' told its serial apart from 'A-01';" in done.stdout
+    assert "A-O1 accepted; its serial was told apart from others by 'Test Technician';" in done.stdout
 
 
 def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
