@@ -107,13 +107,10 @@ def check_store(
                 ]
             judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
             path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
-            compared = [
-                _copied(store, contents, again, path),
-                reread(store, contents, signature),
-                *_built(store, contents),
-            ]
+            compared = [_copied(store, contents, again, path), reread(store, contents, signature)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            compared += [_sound(store, contents, signature), *_newer_spec(contents, signatures[0].when, roots)]
+            compared += [*_built(store, contents), _sound(store, contents, signature)]
+            compared += _newer_spec(contents, signatures[0].when, roots)
             return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]

@@ -504,9 +504,7 @@ def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Pat
         store.write(SerialConfirmed(("A-01; countersigned",)), "A-O1", who=KeyHolder("x'; signed by 'Grace' as qa"))
         store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
     done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
-    assert (
-        "A-O1 accepted; 'x’, signed by ’Grace’ as qa' told its serial apart from 'A-01, countersigned';" in done.stdout
-    )
+    assert "told apart from others by 'Test Technician', 'x’, signed by ’Grace’ as qa';" in done.stdout
 
 
 def test_a_decision_of_another_word_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
