@@ -188,7 +188,7 @@ def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str
         yield f"quality assurance decided before it was judged: {listed(named)}"
     told = {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}
     if told:
-        yield f"its serial was told apart from others by {listed(sorted(told))}"
+        yield f"its serial, which looks like another, was confirmed by {listed(sorted(told))}"
 
 
 def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:

@@ -106,7 +106,7 @@ def test_the_page_counts_the_attempts_before_and_the_store_and_the_list_are_aske
 
 
 def test_the_first_line_names_the_rejection_before(tmp_path: Path) -> None:
-    """Away from the bench nobody sees whether what was measured before it was used again; at the bench judgements in
+    """Away from the bench it is not seen whether what was measured before it was used again; at the bench judgements in
     between may be invented."""
     for folder, text in (("monday", GOOD), ("tuesday", LATER), ("wednesday", GOOD.replace("373.2", "371.9"))):
         pdf = tmp_path / f"{folder}.pdf"

@@ -495,7 +495,7 @@ def test_a_serial_that_an_event_tells_apart(tmp_path: Path) -> None:
     with open_store() as store:
         store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
     done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
-    assert "A-O1 accepted; its serial was told apart from others by 'Test Technician';" in done.stdout
+    assert "A-O1 accepted; its serial, which looks like another, was confirmed by 'Test Technician';" in done.stdout
 
 
 def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
@@ -504,7 +504,7 @@ def test_who_tells_a_serial_apart_writes_no_part_of_the_first_line(tmp_path: Pat
         store.write(SerialConfirmed(("A-01; countersigned",)), "A-O1", who=KeyHolder("x'; signed by 'Grace' as qa"))
         store.write(SerialConfirmed(("A-01",)), "A-O1", who=TECHNICIAN)
     done = verified(certified(tmp_path, "second", serial="A-O1", stroke=366.2, sensor=4.95))
-    assert "told apart from others by 'Test Technician', 'x’, signed by ’Grace’ as qa';" in done.stdout
+    assert "confirmed by 'Test Technician', 'x’, signed by ’Grace’ as qa';" in done.stdout
 
 
 def test_a_decision_of_another_word_writes_no_part_of_the_first_line(tmp_path: Path) -> None:
