@@ -126,7 +126,8 @@ def _held(store: Store, contents: CertificateContent, signature: Event | None) -
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
             wrote = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
-            if head.bench not in (own and own.bench, *(e.data.get("bench") for e in wrote)):
+            its_own = head.bench in {e.data.get("bench") for e in wrote} and (stated != START or signature is None)
+            if not its_own and (own is None or head.bench != own.bench):
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -186,8 +187,7 @@ def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str
     choices = dict.fromkeys(each.disposition.choice for each in signed if each.disposition)
     if named := [CHOICES.get(each, quoted(each)) for each in choices if each not in RELEASING]:
         yield f"quality assurance decided before it was judged: {listed(named)}"
-    told = {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}
-    if told:
+    if told := {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}:
         yield f"its serial, which looks like another, was confirmed by {listed(sorted(told))}"
 
 
