@@ -534,7 +534,7 @@ def test_the_store_has_an_event_of_a_kind_that_is_not_known(tmp_path: Path) -> N
     assert "B-1 accepted; the bench's store has 'event 4 (bench_moved)', of a kind" in verified(pdf).stdout
     with open_store() as store:
         store.append("unit_scrapped", "B-1", {"reason": "broken"}, who="Grace")
-    doubted(verified(pdf), "(unit_scrapped B-1)', of a kind that this program does not know")
+    doubted(verified(pdf), "'event 5 (unit_scrapped B-1)', 'event 4 (bench_moved)', of a kind")
 
 
 def test_a_table_of_certificates_says_what_the_first_line_says(tmp_path: Path) -> None:
