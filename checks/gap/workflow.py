@@ -79,7 +79,7 @@ def _explain(problem: Problem, search: Search, base: Explanation) -> Result:
     beside = explain_beside(search, found)
     if beside.is_final:
         return build_result(problem, search, beside, whole)
-    if beside.steps and not found.is_one_mode:
+    if beside.best.beside and not found.is_one_mode:
         if beside.best.worst_G < NEARLY:
             beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
             deeper = found.continued_by(explain(search, beyond, 1, 1))
@@ -98,7 +98,7 @@ def _explain_on_bench(problem: Problem, search: Search, base: Explanation, bench
     beyond = without_lags(search)
     if not bench.adequate:
         found = explain_beside(beyond, alone)  # it finds a complete explanation too, and sooner than a full search
-        if not found.steps and not found.is_named and bench.worst_G < NEARLY_ON_BENCH:
+        if not found.best.beside and not found.is_named and bench.worst_G < NEARLY_ON_BENCH:
             found = max(found, explain(beyond, bench, 1, 1), key=lambda f: f.is_named)
     if found.is_named:
         named = in_words(search, found)

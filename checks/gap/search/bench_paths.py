@@ -47,7 +47,7 @@ class OnBench:
         """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
         which no single effect would be complete."""
         lagging = tuple(m for m in search.library if m.lags)
-        largest = max((a.whole.lnL - self.without.lnL for a in add_one(search, self.without, lagging)), default=0.0)
+        largest = max((c.lnL - self.without.lnL for c in add_one(search, self.without, lagging)), default=0.0)
         return self.gain > largest + 0.5 * search.table.two_delta_lnL
 
 

@@ -48,6 +48,7 @@ FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candi
 # 16).
 WIDER_TOLERANCES = (0.3, 0.1, 0.03)
 WIDER_STEPS = 5
+RESERVED = 0.5  # of the work of an analysis: for each other search, however the first one ended
 Say = Callable[[str], None]
 
 
@@ -82,6 +83,10 @@ class Search:
     @property
     def over(self) -> bool:
         return self.effort.over
+
+    def with_effort_of_its_own(self) -> "Search":
+        """Return the same search with work to spend, whatever others have spent."""
+        return replace(self, effort=Effort(RESERVED * self.table.effort))
 
     @property
     def exchanged(self) -> "Search":

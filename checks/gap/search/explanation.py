@@ -64,6 +64,11 @@ class Explanation:
     def names(self) -> frozenset[str]:
         return frozenset(self.response.names)
 
+    @property
+    def added(self) -> Effect:
+        """Return the member that was added last."""
+        return self.response.members[-1]
+
     @cached_property
     def modelled(self) -> Complex:
         """Return the response (F, C) at the bins of B."""
@@ -114,6 +119,11 @@ class Explanation:
         """Return whether chance explains what is left and no channel is off by more than tolerance as a whole: a smooth
         error that the tolerance could just explain bin by bin is still one."""
         return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
+
+    @property
+    def complete(self) -> bool:
+        """Return whether nothing is missing beside it."""
+        return not self.beside and self.adequate
 
     @cached_property
     def channel_G(self) -> dict[str, float]:

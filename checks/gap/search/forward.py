@@ -1,30 +1,59 @@
-"""Which members of the library, together, explain the data: forward with a beam, then swaps and deletion."""
+"""One search: members are added to an explanation one after the other, by the library, by elements at every place, or
+beside a disagreement; then swaps and deletion."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
-from checks.gap.search.disagreement import NEAR, ExplainingStep, search_beside, settle_if_held
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
+from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
 from checks.gap.search.explanation import Explanation
 
-BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
+NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
-Stages = Iterator[list[Explanation]]
+Rounds = Iterator[list[Explanation]]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A way to look for one more member. rounds: yields what is found on top of some candidates, beside each other, by
+    falling score; followed: of all that, the candidates that are worth one more member, the best first."""
+
+    rounds: Callable[[Search, Sequence[Explanation]], Rounds]
+    followed: Callable[[Search, Sequence[Explanation], Sequence[Explanation]], list[Explanation]]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One more member in an explanation. before: without it; after: with it; rivals: with others in its place, the best
+    first."""
+
+    before: Explanation
+    after: Explanation
+    rivals: tuple[Explanation, ...]
+
+    @property
+    def member(self) -> Effect:
+        return self.after.added
+
+    def near(self, names: Collection[str]) -> list[Explanation]:
+        """Return the rivals that come near. names: of members that are there already."""
+        least = self.after.score - NEAR
+        return [r for r in self.rivals if r.score > least and r.added.name not in names]
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
     """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
-    of a search beside a disagreement, whose result is then `best`."""
+    by which it was found."""
 
     base: Explanation
     best: Explanation
     rivals: tuple[Explanation, ...]
     tried: tuple[Explanation, ...]
-    steps: tuple[ExplainingStep, ...] = ()
+    steps: tuple[Step, ...] = ()
 
     @property
     def is_named(self) -> bool:
@@ -48,66 +77,86 @@ class SearchResult:
         return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
 
 
+def grow(search: Search, start: Explanation, stage: Stage, most: int, width: int = 1) -> SearchResult:
+    """Add at most so many members to an explanation, one after the other. width: candidates that are followed after the
+    first round, later ones follow the best alone. What a round finds first that is complete ends the search."""
+    beam = [start]
+    tried: list[Explanation] = []
+    steps: list[Step] = []
+    for size in range(1, most + 1):
+        if search.over:
+            break
+        found: list[Explanation] = []  # of this round
+        for more in stage.rounds(search, beam):
+            found = best_of_each([*more, *found])
+            if complete := [c for c in more[: 2 * GO_ON] if c.complete]:
+                return _finish(search, start, complete, (*tried, *found))
+        tried += found
+        if not (better := stage.followed(search, beam, found)):
+            break
+        steps.append(Step(beam[0], better[0], tuple(c for c in found if c is not better[0])))
+        beam = better[: width if size == 1 else 1]
+    return SearchResult(start, max([start, *tried], key=lambda c: c.score), (), tuple(tried), tuple(steps))
+
+
+def _by_library(search: Search, beam: Sequence[Explanation]) -> Rounds:
+    search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
+    found: list[Explanation] = []
+    for b in beam:
+        if not found or b.cost <= NO_RIVAL * min(c.cost for c in found):
+            found = best_of_each([*found, *search.add_one(b, {c.names for c in found})])
+            yield found
+    if search.over:
+        return
+    again = search.refit_from_priors(found)
+    again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
+    yield again
+    likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
+    yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
+
+
+def _by_elements(search: Search, beam: Sequence[Explanation]) -> Rounds:
+    found = search.add_element(beam[0])
+    yield found
+    yield search.refit_from_priors(found)
+
+
+def _beside(search: Search, beam: Sequence[Explanation]) -> Rounds:
+    yield add_one(search, beam[0])
+
+
+def _those_that_progress(
+    search: Search, beam: Sequence[Explanation], found: Sequence[Explanation]
+) -> list[Explanation]:
+    """Return the candidates that gain what a name needs, and so much of the misfit that few members may explain all."""
+    before = max(b.lnL for b in beam)
+    needed = max(search.table.delta_lnL, search.table.progress * -before)
+    return [c for c in found if c.lnL > before + needed]
+
+
+def _first_effect(search: Search, beam: Sequence[Explanation], found: Sequence[Explanation]) -> list[Explanation]:
+    """Return the best candidate whose new member has a name, if it gains enough."""
+    first = next((c for c in found if not c.added.stands_in), None)
+    return [first] if first and first.lnL - beam[0].lnL > required_gain(search.table, first.added) else []
+
+
+LIBRARY = Stage(_by_library, _those_that_progress)
+ELEMENTS = Stage(_by_elements, _those_that_progress)
+BESIDE = Stage(_beside, _first_effect)
+
+
 def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
     """Return the smallest set of at most so many more members of the library that is adequate on B; failing that, the
     set that explains most. width: partial explanations that are followed after the first round."""
-
-    def by_library(beam: Sequence[Explanation]) -> Stages:
-        search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
-        found: list[Explanation] = []
-        for b in beam:
-            if not found or b.cost <= NO_RIVAL * min(c.cost for c in found):
-                found = best_of_each([*found, *search.add_one(b, {c.names for c in found})])
-                yield found
-        if search.over:
-            return
-        again = search.refit_from_priors(found)
-        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
-        yield again
-        likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
-        yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
-
-    found = _forward(search, base, most, width, by_library)
+    found = grow(search, base, LIBRARY, most, width)
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
 
 
 def explain_by_elements(search: Search, base: Explanation, most: int) -> SearchResult:
     """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
     adequate."""
-
-    def by_elements(beam: Sequence[Explanation]) -> Stages:
-        found = search.add_element(beam[0])
-        yield found
-        yield search.refit_from_priors(found)
-
     search.say("looking for places of what is missing")
-    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
-    return _forward(search, base, most, 1, by_elements)
-
-
-def _forward(
-    search: Search, base: Explanation, most: int, width: int, stages: Callable[[Sequence[Explanation]], Stages]
-) -> SearchResult:
-    """Add at most so many members to a candidate, one after the other. stages: yields what a round finds beside each
-    other; the first stage with an adequate explanation ends the search."""
-    beam = [base]
-    tried: list[Explanation] = []
-    for size in range(1, most + 1):
-        if search.over:
-            break
-        found: list[Explanation] = []  # of this round
-        for more in stages(beam):
-            found = best_of_each([*more, *found])
-            if adequate := [c for c in more[: 2 * GO_ON] if c.adequate]:
-                return _finish(search, base, adequate, (*tried, *found))
-        tried += found
-        before = max(b.lnL for b in beam)
-        needed = max(search.table.delta_lnL, search.table.progress * -before)
-        better = [c for c in found if c.lnL > before + needed]
-        if search.over or not better:
-            break
-        beam = better[: width if size == 1 else 1]
-    return SearchResult(base, max([base, *tried], key=lambda c: c.score), (), tuple(tried))
+    return grow(search.with_effort_of_its_own(), base, ELEMENTS, most)
 
 
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
@@ -115,9 +164,10 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     is adequate after all, with its rivals, or one with its steps.
 
     result: of the search for what explains everything."""
-    base = result.base
-    search = replace(search, effort=Effort(BESIDE * search.table.effort))
-    steps = search_beside(search, base)
+    search.say("looking beside what is left")
+    base, search = result.base, search.with_effort_of_its_own()
+    begun = [c for at in (base.at, {}) if (c := settle_if_held(search, base.response, at)) is not None]
+    steps = grow(search, max(begun, key=lambda c: c.lnL), BESIDE, search.table.most_effects).steps
     if not steps:
         return result
     steps = (*steps[:-1], _from_better_start(search, steps[-1], result))
@@ -129,15 +179,15 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     rivals = []
     for step in steps:
         less = last.without(step.member.name)
-        for r in (r for r in step.near(last.names) if not r.member.stands_in):
-            at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
+        for r in (r for r in step.near(last.names) if not r.added.stands_in):
+            at = less.at | {f"{r.added.name}.{k}": v for k, v in r.of(r.added.name).items()}
             with suppress(ModelError):  # the strut is not held at such values: no rival
-                rivals.append(search.refit(less.response.with_member(r.member), at))
+                rivals.append(search.refit(less.response.with_member(r.added), at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
 
-def _from_better_start(search: Search, step: ExplainingStep, result: SearchResult) -> ExplainingStep:
+def _from_better_start(search: Search, step: Step, result: SearchResult) -> Step:
     """Return the last step at its best from where the search for everything ended with the same members: beside a large
     disagreement the weights hide what a calibration that has gone astray would have to come back from."""
     alike = [c for c in (result.best, *result.tried) if c.names == frozenset(step.after.response.names)]
