@@ -24,6 +24,7 @@ from checks.gap.search.forward import SearchResult, Step
 
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 LEFT_OF_CHANNEL = 0.2  # of a channel's G: an effect that leaves more of every channel is no cause of its gap
+NOT_NEEDED = "is not needed: every channel agrees without it"
 FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 
 
@@ -64,7 +65,7 @@ GATES: tuple[Gate, ...] = (
         lambda e: e.exchanged_gain > e.required_gain,
         after="gain",
     ),
-    Gate("needed", "is not needed: every channel agrees without it", lambda e: not e.needless, beside=False),
+    Gate("needed", NOT_NEEDED, lambda e: not e.needless, beside=False),
     Gate(
         "share_left",
         "leaves {e.percent_left:.0f} % of the gap where it acts",
@@ -218,6 +219,7 @@ def _compare_rivals(evidence: NameEvidence, step: Step) -> tuple[list[Effect], t
 def _refused_with_others(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
     for other in every:
         shared = set(other.effect.channels) & set(claim.effect.channels)
-        if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and shared:
+        refused = other.reasons not in ((), (NOT_NEEDED,))
+        if not claim.reasons and refused and other.delta_lnL > table.delta_lnL and shared:
             return replace(claim, reasons=(f"stands beside {other.effect.name}, which could not be named",))
     return claim

@@ -2,17 +2,15 @@
 (`statistics.disagreement`)."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from checks.errors import ModelError
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidates import Search
-from checks.gap.search.explanation import Explanation
+from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.places import Places
 from checks.gap.search.screen import Score, screen
 from checks.gap.statistics.disagreement import with_disagreement
@@ -59,11 +57,10 @@ def _fitted(
     for score in scores:
         if search.over:
             break
-        fits = [_with_member(weighted, state, score.member, values) for values in score.starts]
+        fits = [_begun(weighted, state, score.member, values) for values in score.starts]
         if score.gain > large and not score.member.stands_in:
-            fits += [_with_large(search, state, score.member, values) for values in score.starts]
-        if held := [fit for fit in fits if fit is not None]:
-            out.append(max(held, key=lambda fit: fit.lnL))
+            fits += [_large(search, state, score.member, values) for values in score.starts]
+        out += sorted((fit for fit in fits if fit), key=lambda fit: -fit.lnL)[:1]
     out = sorted(out, key=lambda c: -c.score)
     out[:FOLLOWED] = [settle_if_held(search, c.response, c.at) or c for c in out[:FOLLOWED]]
     return sorted(out, key=lambda c: -c.score)
@@ -74,33 +71,24 @@ def _weighted(search: Search, c: Explanation) -> Search:
     return search.on(with_disagreement(search.A, c.on(search.A).residual))
 
 
-def _with_member(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
+def _begun(weighted: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
-    with suppress(ModelError):
-        if (c := search.begun_with(state, member, values, STEPS_HELD)) is not None:
-            return replace(search.free_scatter(c), beside=True)
-    return None
+    c = weighted.begun_with(state, member, values, STEPS_HELD)
+    return c and if_held(lambda: replace(weighted.free_scatter(c), beside=True))
 
 
-def _with_large(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
-    """Return a member added to a state and fitted with the weights of what it leaves at its own values; None if the
-    strut is not held at them. Beside the disagreement without it, a large effect is hardly seen, and its fit stays
-    where the disagreement hides the most."""
+def _large(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
+    """Return the same with the weights of what the member leaves at its own values. Beside the disagreement without it,
+    a large effect is hardly seen, and its fit stays where the disagreement hides the most."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
-    try:
-        weighted = _weighted(search, search.begin(state.response.with_member(member), start))
-    except ModelError:
-        return None
-    return _with_member(weighted, state, member, values)
+    own = if_held(lambda: _weighted(search, search.begin(state.response.with_member(member), start)))
+    return _begun(own, state, member, values) if own else None
 
 
 def settle_if_held(search: Search, response: Augmented, start: Values) -> Explanation | None:
     """Return a response fitted to A beside its disagreement; None if the strut is not held at values on the way."""
-    try:
-        return settle(search, response, start, ROUNDS)
-    except ModelError:
-        return None
+    return if_held(lambda: settle(search, response, start, ROUNDS))
 
 
 def settle(search: Search, response: Augmented, start: Values, rounds: int) -> Explanation:

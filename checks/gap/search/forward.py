@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import HOLDER, PARTS, RESONATOR, GenericElement, element, is_across, kinds_at
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
 from checks.gap.search.explanation import Explanation
 
 NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
+Beam = Sequence[Explanation]
 Rounds = Iterator[list[Explanation]]
 
 
@@ -21,8 +24,8 @@ class Stage:
     """A way to look for one more member. rounds: yields what is found on top of some candidates, beside each other, by
     falling score; followed: of all that, the candidates that are worth one more member, the best first."""
 
-    rounds: Callable[[Search, Sequence[Explanation]], Rounds]
-    followed: Callable[[Search, Sequence[Explanation], Sequence[Explanation]], list[Explanation]]
+    rounds: Callable[[Search, Beam], Rounds]
+    followed: Callable[[Search, Beam, Beam], list[Explanation]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +92,19 @@ def grow(search: Search, start: Explanation, stage: Stage, most: int, width: int
         found: list[Explanation] = []  # of this round
         for more in stage.rounds(search, beam):
             found = best_of_each([*more, *found])
-            if complete := [c for c in more[: 2 * GO_ON] if c.complete]:
-                return _finish(search, start, complete, (*tried, *found))
+            first = sorted(more[: 2 * GO_ON], key=lambda c: not search.is_complete(c))
+            weighted, first = search.weighted_by(first)
+            if complete := [c for c in first if weighted.is_complete(c)]:
+                return _finish(weighted, start, complete, (*tried, *found))
         tried += found
         if not (better := stage.followed(search, beam, found)):
             break
         steps.append(Step(beam[0], better[0], tuple(c for c in found if c is not better[0])))
-        beam = better[: width if size == 1 else 1]
+        search, beam = search.weighted_by(better[: width if size == 1 else 1])
     return SearchResult(start, max([start, *tried], key=lambda c: c.score), (), tuple(tried), tuple(steps))
 
 
-def _by_library(search: Search, beam: Sequence[Explanation]) -> Rounds:
+def _by_library(search: Search, beam: Beam) -> Rounds:
     search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
     found: list[Explanation] = []
     for b in beam:
@@ -115,34 +120,53 @@ def _by_library(search: Search, beam: Sequence[Explanation]) -> Rounds:
     yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
 
 
-def _by_elements(search: Search, beam: Sequence[Explanation]) -> Rounds:
+def _by_elements(search: Search, beam: Beam) -> Rounds:
     found = search.add_element(beam[0])
     yield found
     yield search.refit_from_priors(found)
 
 
-def _beside(search: Search, beam: Sequence[Explanation]) -> Rounds:
+def _beside(search: Search, beam: Beam) -> Rounds:
     yield add_one(search, beam[0])
 
 
-def _those_that_progress(
-    search: Search, beam: Sequence[Explanation], found: Sequence[Explanation]
-) -> list[Explanation]:
+def _everywhere(search: Search, beam: Beam) -> Rounds:
+    found = [*search.add_one(beam[0]), *search.add_element(beam[0], in_path=True)]
+    found += [s for c in found if not is_possible(c) for s in _of_simple_kinds(search, c)]
+    yield [c for c in best_of_each(found) if is_possible(c)]
+
+
+def _of_simple_kinds(search: Search, c: Explanation) -> Iterator[Explanation]:
+    """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: if the values of
+    the others are not physical, one of these explains the data."""
+    for m in c.response.members:
+        if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
+            parts = [element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)]
+            yield from search.with_parts(c, m, parts)
+
+
+def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
     """Return the candidates that gain what a name needs, and so much of the misfit that few members may explain all."""
     before = max(b.lnL for b in beam)
     needed = max(search.table.delta_lnL, search.table.progress * -before)
     return [c for c in found if c.lnL > before + needed]
 
 
-def _first_effect(search: Search, beam: Sequence[Explanation], found: Sequence[Explanation]) -> list[Explanation]:
+def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
     """Return the best candidate whose new member has a name, if it gains enough."""
     first = next((c for c in found if not c.added.stands_in), None)
     return [first] if first and first.lnL - beam[0].lnL > required_gain(search.table, first.added) else []
 
 
+def _best(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
+    """Return the best candidate, if its score is better by what a name needs."""
+    return [c for c in found[:1] if c.score > beam[0].score + search.table.delta_lnL]
+
+
 LIBRARY = Stage(_by_library, _those_that_progress)
 ELEMENTS = Stage(_by_elements, _those_that_progress)
 BESIDE = Stage(_beside, _first_effect)
+EVERYWHERE = Stage(_everywhere, _best)
 
 
 def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
@@ -217,10 +241,10 @@ def _finish(
     not need, with effects in the place of unmodelled modes if these do as well, and with the form of damping that the
     data ask for; the others are its rivals."""
     best = search.prune(_prefer_named(adequate))
-    if named := [c for c in search.swap_members(best) if c.adequate]:
+    if named := [c for c in search.swap_members(best) if search.is_complete(c) and is_possible(c)]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
-    elsewhere = [c for c in search.with_elements_elsewhere(best) if c.adequate]
+    elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and is_possible(c)]
     adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
@@ -230,6 +254,22 @@ def _finish(
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+
+
+def is_possible(c: Explanation) -> bool:
+    """Return whether elements, and filters that stand in for no name, have values that their kinds can have: what
+    swings does so within the band, nothing is taken away that was not there, and nothing comes before its cause. Others
+    are signs of another class."""
+    return all(_is_of_its_kind(m, c) for m in c.response.effects if isinstance(m, GenericElement | UnmodelledMode))
+
+
+def _is_of_its_kind(member: GenericElement | UnmodelledMode, c: Explanation) -> bool:
+    own, f = c.of(member.name), c.unseen.f
+    if is_across(member.place):
+        own = {n: v for n, v in own.items() if not n.startswith("k_")}  # a part may be softer than drawn
+    positive = ("k_", "m_kg", "J_", "c_", "tau_")
+    swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]
+    return swings and all(v > 0.0 for n, v in own.items() if n.startswith(positive))
 
 
 def _prefer_named(adequate: Sequence[Explanation]) -> Explanation:
