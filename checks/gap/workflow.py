@@ -14,7 +14,7 @@ from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Pro
 from checks.gap.search.bench_paths import in_words, on_bench, without_lags
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.explanation import Explanation
-from checks.gap.search.forward import SearchResult, explain, explain_beside, explain_by_elements
+from checks.gap.search.forward import ELEMENTS, SearchResult, explain, explain_beside, grow
 
 MOST_ELEMENTS = 2
 NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
@@ -85,7 +85,7 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     if not library.best.adequate and library.best.worst_G < search.table.G:  # chance alone says that it is not all
         library = _search_deeper(search, library)
     yield library
-    elements = explain_by_elements(search, base, MOST_ELEMENTS)
+    elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, MOST_ELEMENTS)
     if not library.best.adequate or elements.best.score >= library.best.score:
         yield elements
     beside = explain_beside(search, library)
@@ -94,7 +94,7 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     elif not library.is_one_mode:
         if beside.best.worst_G < NEARLY:
             beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
-            yield library.continued_by(explain(search, beyond, 1, 1))
+            yield library.before(explain(search, beyond, 1, 1))
         yield beside
     yield library if library.best.adequate else _search_deeper(search, library)
 
@@ -123,7 +123,7 @@ def _search_deeper(search: Search, found: SearchResult) -> SearchResult:
     if room <= 0:
         return found
     deeper = explain(search, found.best, room, 1)
-    return found.continued_by(deeper) if deeper.best.response.counted else deeper
+    return found.before(deeper) if deeper.best.response.counted else deeper
 
 
 __all__ = ["GapRefused", "Inputs", "Say", "check_same_unit", "run"]

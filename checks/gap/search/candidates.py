@@ -1,7 +1,7 @@
 """Candidates of an explanation: which members of the library are tried, and from which start each is fitted."""
 
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -26,6 +26,7 @@ from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
+from checks.gap.statistics.projected_residual import Projected
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -114,7 +115,7 @@ class Search:
         """Return whether chance explains what a candidate leaves, and no family of parts is off together by more than
         chance, though each of them may be so alone."""
         families = (m for m in self.library if isinstance(m, GenericElement) and m.name not in c.names)
-        return c.complete and not any(screen(c.seen, m).p < self.table.p_global for m in families)
+        return not c.beside and c.adequate and not any(screen(c.seen, m).p < self.table.p_global for m in families)
 
     def begin(self, response: Augmented, start: Mapping[str, float]) -> Explanation:
         """Return a response at a start: values by name, others at their priors. Raises ModelError if the model cannot
@@ -235,13 +236,18 @@ class Search:
                 at = blurred.advance(blurred.begin(response, at), WIDER_STEPS).at
         return self.begin(response, at)
 
+    def screened(self, seen: Projected, members: Iterable[Effect]) -> list[Score]:
+        """Return the scores of members on top of a calibrated response, and keep why some have none."""
+        every = [screen(seen, m) for m in members]
+        self.failures.update({s.member.name: s.failure for s in every if s.failure})
+        return every
+
     def add_one(self, base: Explanation, known: Collection[frozenset[str]] = ()) -> list[Explanation]:
         """Add every member to a candidate and fit them jointly, from the candidate's values and from the priors: a
         calibration that lacked the effect may have gone astray. known: sets that are fitted already."""
         on_A = base.on(self.A).seen
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
-        every = [screen(on_A, m) for m in absent]
-        self.failures.update({s.member.name: s.failure for s in every if s.failure})
+        every = self.screened(on_A, absent)
         promising = _promising([s for s in every if s.p < WORTH_A_FIT])
         starts: list[Explanation] = []
         for s in promising:

@@ -12,7 +12,7 @@ from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.places import Places
-from checks.gap.search.screen import Score, screen
+from checks.gap.search.screen import Score
 from checks.gap.statistics.disagreement import with_disagreement
 
 EFFECTS_TRIED, STAND_INS_TRIED, ELEMENTS_TRIED = 8, 5, 3  # members of a round that are fitted, the best of the screen
@@ -32,10 +32,8 @@ def add_one(search: Search, state: Explanation, among: Sequence[Effect] = ()) ->
     """Return members added to a state, each at its best beside the disagreement, by falling score; the few that look
     best in the screen. among: only these."""
     weighted = _weighted(search, state)
-    on_A = state.on(weighted.A).seen
     absent = [m for m in among or search.library if m.name not in state.response.names]
-    scores = sorted((screen(on_A, m) for m in absent), key=lambda s: -s.gain)
-    search.failures.update({s.member.name: s.failure for s in scores if s.failure})
+    scores = sorted(search.screened(state.on(weighted.A).seen, absent), key=lambda s: -s.gain)
     few = [s for s in scores if not s.member.stands_in][:EFFECTS_TRIED]
     few += [s for s in scores if s.member.stands_in][:STAND_INS_TRIED]
     return _fitted(search, weighted, state, few, LARGE)

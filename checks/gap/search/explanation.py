@@ -127,11 +127,6 @@ class Explanation:
         error that the tolerance could just explain bin by bin is still one."""
         return self.worst_G < self.table.G and self.adequacy.adequate(self.table.p_global)  # the quicker one first
 
-    @property
-    def complete(self) -> bool:
-        """Return whether nothing is missing beside it."""
-        return not self.beside and self.adequate
-
     @cached_property
     def channel_G(self) -> dict[str, float]:
         """Return G of every channel on B."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import HOLDER, PARTS, RESONATOR, GenericElement, element, is_across, kinds_at
+from checks.gap.modelling.element import HOLDER, RESONATOR, GenericElement, is_across, parts_of
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
@@ -75,9 +75,9 @@ class SearchResult:
         response = self.best.response
         return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
 
-    def continued_by(self, other: "SearchResult") -> "SearchResult":
-        """Return the result together with that of a search that started from its end."""
-        return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
+    def before(self, other: "SearchResult") -> "SearchResult":
+        """Return the result of a search that started from the end of this one, together with it."""
+        return replace(other, base=self.base, tried=(*self.tried, *other.tried))
 
 
 def grow(search: Search, start: Explanation, stage: Stage, most: int, width: int = 1) -> SearchResult:
@@ -121,6 +121,7 @@ def _by_library(search: Search, beam: Beam) -> Rounds:
 
 
 def _by_elements(search: Search, beam: Beam) -> Rounds:
+    search.say("looking for places of what is missing")
     found = search.add_element(beam[0])
     yield found
     yield search.refit_from_priors(found)
@@ -132,17 +133,10 @@ def _beside(search: Search, beam: Beam) -> Rounds:
 
 def _everywhere(search: Search, beam: Beam) -> Rounds:
     found = [*search.add_one(beam[0]), *search.add_element(beam[0], in_path=True)]
-    found += [s for c in found if not is_possible(c) for s in _of_simple_kinds(search, c)]
+    for c in [c for c in found if not is_possible(c)]:  # an element of one value in its place may be
+        simpler = ((m, parts_of(m, (HOLDER, RESONATOR))) for m in c.response.members)
+        found += [s for m, parts in simpler for s in search.with_parts(c, m, parts)]
     yield [c for c in best_of_each(found) if is_possible(c)]
-
-
-def _of_simple_kinds(search: Search, c: Explanation) -> Iterator[Explanation]:
-    """Yield a candidate with a spring, a mass or a damper in the place of an element with more values: if the values of
-    the others are not physical, one of these explains the data."""
-    for m in c.response.members:
-        if isinstance(m, GenericElement) and m.kind in (HOLDER, RESONATOR):
-            parts = [element(m.place, m.direction, kind) for kind in kinds_at(m.place, PARTS)]
-            yield from search.with_parts(c, m, parts)
 
 
 def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
@@ -174,13 +168,6 @@ def explain(search: Search, base: Explanation, most: int, width: int) -> SearchR
     set that explains most. width: partial explanations that are followed after the first round."""
     found = grow(search, base, LIBRARY, most, width)
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
-
-
-def explain_by_elements(search: Search, base: Explanation, most: int) -> SearchResult:
-    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
-    adequate."""
-    search.say("looking for places of what is missing")
-    return grow(search.with_effort_of_its_own(), base, ELEMENTS, most)
 
 
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
@@ -260,16 +247,13 @@ def is_possible(c: Explanation) -> bool:
     """Return whether elements, and filters that stand in for no name, have values that their kinds can have: what
     swings does so within the band, nothing is taken away that was not there, and nothing comes before its cause. Others
     are signs of another class."""
-    return all(_is_of_its_kind(m, c) for m in c.response.effects if isinstance(m, GenericElement | UnmodelledMode))
-
-
-def _is_of_its_kind(member: GenericElement | UnmodelledMode, c: Explanation) -> bool:
-    own, f = c.of(member.name), c.unseen.f
-    if is_across(member.place):
-        own = {n: v for n, v in own.items() if not n.startswith("k_")}  # a part may be softer than drawn
-    positive = ("k_", "m_kg", "J_", "c_", "tau_")
-    swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]
-    return swings and all(v > 0.0 for n, v in own.items() if n.startswith(positive))
+    f = c.unseen.f
+    for m in (m for m in c.response.effects if isinstance(m, GenericElement | UnmodelledMode)):
+        own, positive = c.of(m.name), ("m_kg", "J_", "c_", "tau_", *(() if is_across(m.place) else ("k_",)))
+        swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]  # and a part may be softer than drawn
+        if not swings or any(v <= 0.0 for n, v in own.items() if n.startswith(positive)):
+            return False
+    return True
 
 
 def _prefer_named(adequate: Sequence[Explanation]) -> Explanation:
