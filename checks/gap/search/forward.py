@@ -147,20 +147,15 @@ def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explan
 
 
 def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
-    """Return the best candidate whose new member has a name, if it gains enough."""
+    """Return the best candidate whose new member stands in for no name, if it gains enough."""
     first = next((c for c in found if not c.added.stands_in), None)
     return [first] if first and first.lnL - beam[0].lnL > required_gain(search.table, first.added) else []
-
-
-def _best(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
-    """Return the best candidate, if its score is better by what a name needs."""
-    return [c for c in found[:1] if c.score > beam[0].score + search.table.delta_lnL]
 
 
 LIBRARY = Stage(_by_library, _those_that_progress)
 ELEMENTS = Stage(_by_elements, _those_that_progress)
 BESIDE = Stage(_beside, _first_effect)
-EVERYWHERE = Stage(_everywhere, _best)
+EVERYWHERE = Stage(_everywhere, _first_effect)
 
 
 def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
