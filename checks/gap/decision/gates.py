@@ -20,7 +20,7 @@ from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidates import Effort, Search
 from checks.gap.search.disagreement import add_elements, add_one
 from checks.gap.search.explanation import Explanation
-from checks.gap.search.forward import SearchResult, Step
+from checks.gap.search.forward import ExplainingStep, SearchResult
 
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 LEFT_OF_CHANNEL = 0.2  # of a channel's G: an effect that leaves more of every channel is no cause of its gap
@@ -203,7 +203,7 @@ def judge_claims(
     return tuple(claims), tuple(rivals)
 
 
-def _compare_rivals(evidence: NameEvidence, step: Step) -> tuple[list[Effect], tuple[str, ...]]:
+def _compare_rivals(evidence: NameEvidence, step: ExplainingStep) -> tuple[list[Effect], tuple[str, ...]]:
     """Return the effects that do as well in the place of one, and why a member that does better takes its name."""
     best = evidence.best
     near = [r.added for r in step.near(best.names)]

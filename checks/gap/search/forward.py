@@ -20,7 +20,7 @@ Rounds = Iterator[list[Explanation]]
 
 
 @dataclass(frozen=True)
-class Stage:
+class SearchStage:
     """A way to look for one more member. rounds: yields what is found on top of some candidates, beside each other, by
     falling score; followed: of all that, the candidates that are worth one more member, the best first."""
 
@@ -29,7 +29,7 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class ExplainingStep:
     """One more member in an explanation. before: without it; after: with it; rivals: with others in its place, the best
     first."""
 
@@ -56,7 +56,7 @@ class SearchResult:
     best: Explanation
     rivals: tuple[Explanation, ...]
     tried: tuple[Explanation, ...]
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ExplainingStep, ...] = ()
 
     @property
     def is_named(self) -> bool:
@@ -80,12 +80,12 @@ class SearchResult:
         return replace(other, base=self.base, tried=(*self.tried, *other.tried))
 
 
-def grow(search: Search, start: Explanation, stage: Stage, most: int, width: int = 1) -> SearchResult:
+def grow(search: Search, start: Explanation, stage: SearchStage, most: int, width: int = 1) -> SearchResult:
     """Add at most so many members to an explanation, one after the other. width: candidates that are followed after the
     first round, later ones follow the best alone. What a round finds first that is complete ends the search."""
     beam = [start]
     tried: list[Explanation] = []
-    steps: list[Step] = []
+    steps: list[ExplainingStep] = []
     for size in range(1, most + 1):
         if search.over:
             break
@@ -99,7 +99,7 @@ def grow(search: Search, start: Explanation, stage: Stage, most: int, width: int
         tried += found
         if not (better := stage.followed(search, beam, found)):
             break
-        steps.append(Step(beam[0], better[0], tuple(c for c in found if c is not better[0])))
+        steps.append(ExplainingStep(beam[0], better[0], tuple(c for c in found if c is not better[0])))
         search, beam = search.weighted_by(better[: width if size == 1 else 1])
     return SearchResult(start, max([start, *tried], key=lambda c: c.score), (), tuple(tried), tuple(steps))
 
@@ -152,10 +152,10 @@ def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
     return [first] if first and first.lnL - beam[0].lnL > required_gain(search.table, first.added) else []
 
 
-LIBRARY = Stage(_by_library, _those_that_progress)
-ELEMENTS = Stage(_by_elements, _those_that_progress)
-BESIDE = Stage(_beside, _first_effect)
-EVERYWHERE = Stage(_everywhere, _first_effect)
+LIBRARY = SearchStage(_by_library, _those_that_progress)
+ELEMENTS = SearchStage(_by_elements, _those_that_progress)
+BESIDE = SearchStage(_beside, _first_effect)
+EVERYWHERE = SearchStage(_everywhere, _first_effect)
 
 
 def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
@@ -193,7 +193,7 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
 
-def _from_better_start(search: Search, step: Step, result: SearchResult) -> Step:
+def _from_better_start(search: Search, step: ExplainingStep, result: SearchResult) -> ExplainingStep:
     """Return the last step at its best from where the search for everything ended with the same members: beside a large
     disagreement the weights hide what a calibration that has gone astray would have to come back from."""
     alike = [c for c in (result.best, *result.tried) if c.names == frozenset(step.after.response.names)]

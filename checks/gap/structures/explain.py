@@ -107,7 +107,7 @@ def _explained(problem: Problem, search: Search, base: Explanation, most: int) -
     nothing = LinearAnswer(UNEXPLAINED, (), faults, base, full, fit)
     search = replace(search, A=problem.A.thinned(problem.table.search_bins), B=best.unseen)
     bare = search.refit(base.response, base.at)  # with the same weights
-    earned = best.score - bare.score >= problem.table.delta_lnL * len(best.names)
+    earned = best is base or best.score - bare.score > problem.table.delta_lnL * len(best.names)
     if not (search.is_complete(best) and earned):
         return nothing
     result = replace(result, base=bare, tried=tuple(c.on(search.B) for c in result.tried))
