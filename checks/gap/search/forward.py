@@ -1,5 +1,5 @@
-"""One search: members are added to an explanation one after the other, by the library, by elements at every place, or
-beside a disagreement; then swaps and deletion."""
+"""One search: members are added to an explanation one after the other, stage by stage: from the library, elements at
+every place, beside a disagreement, or, for a model without a library, all at once; then swaps and deletion."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress

@@ -1,6 +1,6 @@
-"""What a linear model of any structure lacks: the place, the kind and the values of what is missing, by the search that
-struts have. Elements at every place, families of parts and filters in the signal path compete on one footing; no name
-of the library takes part."""
+"""What a linear model of any structure lacks: the place, the kind and the values of what is missing, by the search and
+the gates that struts have. Elements at every place, families of parts and filters in the signal path compete on one
+footing; no name of the library takes part."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -37,10 +37,9 @@ from checks.model.model import Model
 
 @dataclass(frozen=True, eq=False)
 class LinearAnswer:
-    """elements: what explains the records; empty if nothing is missing or nothing explains them. faults: of the
-    records, corrected before the search. base, best: the model as calibrated, and with what was found; fit: of the
-    latter. only_in: if nothing explains the records, channels without which nothing is missing: it lies in the path of
-    one of them."""
+    """elements: of what explains the records, those that passed every gate. faults: of the records, corrected before
+    the search. base, best: the model as calibrated, and with what was found; fit: of the latter. only_in: if nothing
+    explains the records, channels without which nothing is missing: it lies in the path of one of them."""
 
     verdict: GapVerdict
     elements: tuple[FoundElement, ...]
