@@ -51,7 +51,37 @@ class Group:
         self.about, self.commands = about, commands
 
 
-class LazyGroup(TyperGroup):
+class AsTyped:
+    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For all
+    others the library's own converter takes its place, which pydantic builds: the import of that takes longer than the
+    rest of a command line."""
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Return the value of a parameter. Raises typer.BadParameter."""
+        wanted = param.type_descriptor
+        is_plain = wanted.parameter_info.parser is None and not wanted.is_path and type(value) is wanted.annotation
+        if param.nargs == 1 and not param.multiple and (value is None or (is_plain and isinstance(value, str | int))):
+            return value
+        param._runtime_param = None  # noqa: SLF001 - the library makes its own then
+        return param.get_runtime_param().coerce(value, param, ctx)
+
+
+class _Plain:
+    """A command or group whose parameters are converted by `AsTyped` first."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters."""
+        params: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for param in params:
+            param._runtime_param = AsTyped()  # noqa: SLF001 - as above
+        return params
+
+
+class PlainCommand(_Plain, TyperCommand):
+    """A command that is called."""
+
+
+class LazyGroup(_Plain, TyperGroup):
     """A group of the commands in a table. Listing and completing their names imports none of them."""
 
     def __init__(self, *, table: Mapping[str, Command | Group], **settings: Any) -> None:
@@ -136,5 +166,5 @@ def load(name: str, entry: Command | Group) -> Any:
         return LazyGroup(table=entry.commands, name=name, help=entry.about, no_args_is_help=True, rich_markup_mode=None)
     module, _, function = entry.place.partition(":")
     program = typer.Typer(add_completion=False, rich_markup_mode=None)
-    program.command(name)(command_of(getattr(import_module(f"accept.commands.{module}"), function)))
+    program.command(name, cls=PlainCommand)(command_of(getattr(import_module(f"accept.commands.{module}"), function)))
     return get_command(program)

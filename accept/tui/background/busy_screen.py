@@ -81,6 +81,13 @@ class Working(Screen[T]):
         self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
         self.ready.set()
 
+    def on_compose(self) -> None:
+        """Set the classes of the terminal's size before there are parts: the library sets them when all are styled."""
+        app = self.app
+        across, down = self.HORIZONTAL_BREAKPOINTS or app.HORIZONTAL_BREAKPOINTS, app.VERTICAL_BREAKPOINTS
+        for length, steps in zip(app.size, (across, down), strict=True):
+            self.add_class(*[name for least, name in steps or () if length >= least][-1:], update=False)
+
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
         self._clock = self._clock or self.set_interval(0.5, self._tick)

@@ -7,7 +7,7 @@ from concurrent.futures import CancelledError, Future, wait
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from functools import partial
-from threading import Thread
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual.app import ComposeResult
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import Queue
 
 _LOOK_S = 0.1  # between two looks whether the program ends
+_PAINTED_S = 2.0  # that the bench waits for the first screen at most
 _CLOCK_S = 30.0
 
 
@@ -115,6 +116,7 @@ class StartScreen(Working[Begin | None]):
         self._settled = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._listed = asyncio.Event()  # the units are there
         self._queues: object = ()  # those that are shown
+        self._painted = Event()
 
     def compose(self) -> ComposeResult:
         yield Static("", id="bench-line", markup=False)
@@ -126,12 +128,10 @@ class StartScreen(Working[Begin | None]):
                 yield Static("", id="week", markup=False, classes="card")
             with Vertical(id="right"):
                 with Card(title="Scan or type a serial", id="scan"):
-                    for name, label in labels().items():
-                        with Horizontal(classes="line" if name in OWN else "line part", id=f"line-{name}"):
-                            yield Label(label, classes="label")
-                            hint = "" if name in OWN else "may stay empty"
-                            text = self.dialogue.texts[name]
-                            yield Chips(text, id=name) if name == "kind" else TextEntry(text, placeholder=hint, id=name)
+                    texts = self.dialogue.texts
+                    for name, label in OWN.items():
+                        line = Chips(texts[name], id=name) if name == "kind" else TextEntry(texts[name], id=name)
+                        yield Horizontal(Label(label, classes="label"), line, classes="line", id=f"line-{name}")
                     yield Label("", id="about", markup=False)
                 with Card(title="Units", id="list"):
                     yield UnitsTable(id="known")
@@ -164,19 +164,35 @@ class StartScreen(Working[Begin | None]):
     def _rail(self) -> PointedTable:
         return self.query_one("#queues", PointedTable)
 
+    async def _ask_for_parts(self) -> None:
+        """Add the lines of all parts; most units have none, and the first screen does not wait for them."""
+        parts = [(name, label) for name, label in labels().items() if name not in OWN]
+        entries = [TextEntry(placeholder="may stay empty", id=name) for name, _ in parts]
+        await self.query_one("#scan").mount(
+            *(
+                Horizontal(Label(label, classes="label"), entry, classes="line part", id=f"line-{name}")
+                for (name, label), entry in zip(parts, entries, strict=True)
+            ),
+            before="#about",
+        )
+
     def _line(self, name: str) -> Input | Chips:
         found = self.query_one(f"#{name}")
         assert isinstance(found, Input | Chips)  # noqa: S101 - each field is one of them
         return found
 
     def at_present(self) -> Turn:
-        texts = {name: self._line(name).value for name in self.dialogue.texts}
+        texts = {name: self._line(name).value if self.query(f"#{name}") else text for name, text in self.dialogue.texts.items()}
         typed_into = self.focused.id if isinstance(self.focused, Input | Chips) else None
         return dialogue.edited(self.dialogue, texts, typed_into)
 
     async def draw(self) -> None:
         d = self.dialogue
+        if not (OWN.keys() >= set(d.shown) or self.query(".part")):
+            await self._ask_for_parts()
         for name, text in d.texts.items():
+            if not self.query(f"#{name}"):
+                continue
             line = self._line(name)
             self.query_one(f"#line-{name}").display = name in d.shown or (name == "kind" and d.adds)
             if isinstance(line, Chips):
@@ -237,6 +253,7 @@ class StartScreen(Working[Begin | None]):
             case dialogue.OpenBench(operator, holds):
                 failed = partial(self.answer, dialogue.nothing_came)
                 send = partial(self.hold, doing="opening the bench") if holds else self.send
+                self.call_after_refresh(self._painted.set)
                 send(partial(self._open_bench, operator), self._bench_is_open, failed=failed)
             case dialogue.WaitForBench(key, for_list):
                 await (self._listed if for_list else self._settled).wait()
@@ -275,7 +292,9 @@ class StartScreen(Working[Begin | None]):
 
     def _open_bench(self, operator: str) -> "tuple[Workbench, dialogue.Proposed]":
         """Return the bench and what it proposes. It is opened in a thread that does not keep the program from ending:
-        nothing can be stored before it is there. Raises what opening it does."""
+        nothing can be stored before it is there. It follows the first screen: what it imports would take the time of
+        that. Raises what opening it does."""
+        self._painted.wait(_PAINTED_S)
         opened: Future[tuple[Workbench, dialogue.Proposed]] = Future()
 
         def open_it() -> None:

@@ -67,11 +67,12 @@ class StepScreen(Page):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "press('enter')", "Save", priority=True),
         Binding("ctrl+k", "press('ctrl+k')", "Keep it", priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Repair", priority=True),
         Binding("f2", "press('f2')", "File", priority=True),
         Binding("f3", "press('f3')", "Measure", priority=True),
         Binding("f4", "press('f4')", "Mean", priority=True),
         Binding("f5", "press('f5')", "Note", priority=True),
-        Binding("f6", "press('f6')", "Other input", priority=True),
+        Binding("ctrl+f", "press('ctrl+f')", "Other input", priority=True),
         Binding("f7", "picture", "Plot", priority=True),
         Binding("f8", "press('f8')", "Again", priority=True),
         Binding("f9", "press('f9')", "Summary", priority=True),
@@ -80,7 +81,6 @@ class StepScreen(Page):
         Binding("ctrl+s", "press('f9')", "Sign", show=False, priority=True),
         Binding("ctrl+d", "press('ctrl+d')", "More values", show=False, priority=True),
         Binding("ctrl+z", "press('ctrl+z')", "Undo", priority=True),
-        Binding("ctrl+r", "press('ctrl+r')", "Repair", priority=True),
         Binding("up", "press('up')", show=False, priority=True),
         Binding("down", "press('down')", show=False, priority=True),
         Binding("escape", "leave", "Steps", priority=True),
@@ -325,7 +325,7 @@ class StepScreen(Page):
     async def _lay_out(self) -> None:
         d, forms = self.dialogue, self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not d.form)
-        self._other_forms = f"F6: {others}" if others else ""
+        self._other_forms = f"^F: {others}" if others else ""
         self._fields = ()
         await self.query_one("#fields").remove_children()
         if not self.alive:  # left while the old fields went

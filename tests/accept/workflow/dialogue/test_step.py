@@ -450,7 +450,7 @@ class TestRecords:
 
     def test_a_form_that_was_chosen_stays(self, tmp_path: Path):
         with at_step("stroke", "apa", tmp_path) as at:
-            at.press("f6", "f6")
+            at.press("ctrl+f", "ctrl+f")
             assert at.d.form.name == "values"
             write_record(tmp_path / "stroke_one_stack.csv", ("V", "d"))
             at.looks()
@@ -460,7 +460,7 @@ class TestRecords:
         with at_step("stroke") as at:
             at.types("3.65")  # a hundredth of what is usual
             assert at.d.reason(0)[1] == "doubted"
-            at.press("f6")
+            at.press("ctrl+f")
             before = at.d
             at.comes_back()
             assert at.d == before
