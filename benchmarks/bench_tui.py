@@ -1,5 +1,5 @@
-"""How quick the workflow is: until its first screen in a real terminal, what a key and a live value cost on each kind of
-screen, and a key's answer while an FRF is judged.
+"""How quick the workflow is: until its first screen in a real terminal, what a key and a live value cost on each kind
+of screen, and a key's answer while an FRF is judged.
 
 Run by hand: `python benchmarks/bench_tui.py`, with `costs` for what keys cost alone; prints numbers, with the load of
 the machine. Processor seconds depend on it less than those of a clock.
@@ -28,13 +28,14 @@ from textual.widgets import Input
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 from accept.tui.app import BenchApp
-from accept.tui.widgets.live_value import Gauge
+from accept.tui.widgets.live_value import Followed, Gauge
 from accept.tui.widgets.plot import PanelView
 from accept.tui.widgets.step_list import StepList
 from accept.workflow.dialogue.start_state import OWN
-from accept.workflow.instruments.port import Look, Watch
+from accept.workflow.instruments.port import Look
 from accept.workflow.training import open_training
 from checks.declare import Measured
+from specs.spec import Limit
 from tests.accept.tui.tui_help import loader, press, running, type_line
 from tests.accept.units.units import DATA
 from tests.hw.instruments.fake_instrument import Fake
@@ -62,6 +63,13 @@ def first_paint_s() -> tuple[float, float]:
         os.kill(pid, signal.SIGKILL)
         used = os.wait4(pid, 0)[2]
     return took, used.ru_utime + used.ru_stime
+
+
+class _Silent(Fake):
+    """An instrument that never answers: what is shown comes from elsewhere."""
+
+    def __init__(self) -> None:
+        super().__init__([0.0], hold=True)
 
 
 class Sent:
@@ -108,11 +116,11 @@ async def costs() -> None:
             await live(pilot)
             await press(pilot, "escape")
             pilot.app.screen.query_one(StepList).stand_at("stroke")
-            await press(pilot, "enter", *["enter"] * len(pilot.app.session.step("stroke").check.inputs))
-            if type(pilot.app.screen).__name__ != "StepScreen":
-                pilot.app.screen.query_one(StepList).stand_at("stroke")
+            await press(pilot, "enter")
+            while not pilot.app.screen.dialogue.complete:
                 await press(pilot, "enter")
-            await say(sent, pilot, f"record, {len(pilot.app.screen.query(PanelView))} plots", "up", "down")
+            await press(pilot, "up")
+            await say(sent, pilot, f"records, {len(pilot.app.screen.query(PanelView))} plots", "up", "down")
             await press(pilot, "f9")
             await say(sent, pilot, "summary", "down", "up")
 
@@ -131,16 +139,20 @@ async def say(sent: Sent, pilot: Pilot[None], where: str, *arrows: str) -> None:
 async def live(pilot: Pilot[None], rate_Hz: float = 10.0, seconds: float = 3.0) -> None:
     """Print the share of a core that a live value takes: the instrument's own thread apart."""
     gauge, numbers = pilot.app.screen.query_one(Gauge), np.random.default_rng(1)
-    about = gauge._about
-    gauge.leave()
-    gauge._watch = Watch(Fake([4.99e-6]), "uF", lambda _: None)
+    about = Followed(
+        "meter",
+        "actuator stacks",
+        "uF",
+        Limit(lower=8.8, upper=11.0, unit="uF", rule="guarded", source="benchmark"),
+        (9.8, 9.9),
+    )
+    gauge.follow(_Silent(), about, None)
     began = time.thread_time()
     for _ in range(round(rate_Hz * seconds)):
-        seen = Look(Measured(numbers.normal(4.95, 0.02), 0.02), "")
-        gauge.post_message(Gauge.Looked(gauge._token, seen))
+        gauge.show(Look(Measured(numbers.normal(9.85, 0.02), 0.02), ""))
         await asyncio.sleep(1.0 / rate_Hz)
     share = (time.thread_time() - began) / seconds
-    print(f"live value at {rate_Hz:g} Hz     {100 * share:.1f} % of a core at {about.label}")
+    print(f"live value at {rate_Hz:g} Hz {100 * share:.1f} % of a core")
 
 
 async def key_answers_s(count: int = 30) -> list[float]:

@@ -182,7 +182,10 @@ class StartScreen(Working[Begin | None]):
         return found
 
     def at_present(self) -> Turn:
-        texts = {name: self._line(name).value if self.query(f"#{name}") else text for name, text in self.dialogue.texts.items()}
+        texts = {
+            name: self._line(name).value if self.query(f"#{name}") else text
+            for name, text in self.dialogue.texts.items()
+        }
         typed_into = self.focused.id if isinstance(self.focused, Input | Chips) else None
         return dialogue.edited(self.dialogue, texts, typed_into)
 

@@ -30,7 +30,7 @@ from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
-from accept.tui.widgets.pictures import Pictures, pictures_of
+from accept.tui.widgets.pictures import pictures_of
 from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -95,11 +95,13 @@ class StepScreen(Page):
         self._fields: Sequence[Field] = ()
         self._courses: dict[str, Sequence[float]] = {}  # of stored records, by file
         self._other_forms = ""  # and the key that changes to them
+        self._keys_of: StepDialogue | None = None  # that the row of keys was made for
         self._laying_out = asyncio.Lock()
+        self._gauges = [] if self.step.derived else [Gauge()]
+        self._guides = [Hanging(self.step.guide.picture, id="guide")] if self.step.guide.picture else []
 
     def above(self) -> ComposeResult:
-        if not self.step.derived:
-            yield Gauge()
+        yield from self._gauges
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
@@ -108,8 +110,8 @@ class StepScreen(Page):
         yield Hanging(id="notes", classes="card")
 
     def drawings(self) -> ComposeResult:
-        if self.step.guide.picture:
-            yield Card(Hanging(self.step.guide.picture, id="guide"), title="Drawing", id="drawing")
+        if self._guides:
+            yield Card(*self._guides, title="Drawing", id="drawing")
 
     async def on_mount(self) -> None:
         if self.alive:
@@ -206,7 +208,7 @@ class StepScreen(Page):
 
     def _store(self, entry: do.StoreEntry) -> None:
         def stored(event: Event) -> None:
-            for gauge in self.query(Gauge):
+            for gauge in self._gauges:
                 gauge.forget()
             self.later(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
             self.call_next(self._watch)
@@ -277,7 +279,7 @@ class StepScreen(Page):
             return
         self._show_fields()
         d = self.dialogue
-        for guide in self.query("#guide").results(Hanging):
+        for guide in self._guides:
             guide.hang(drawing_text(d))
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
@@ -285,7 +287,9 @@ class StepScreen(Page):
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
-        self.refresh_bindings()
+        if d != self._keys_of:
+            self._keys_of = d
+            self.refresh_bindings()
 
     def _show_fields(self) -> None:
         d = self.dialogue
@@ -355,7 +359,7 @@ class StepScreen(Page):
         notes.hang(told)
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
-        self.query_one(Pictures).show(panels)
+        self.pictures.show(panels)
         self._show_count()
         self.show_around()
 
@@ -385,13 +389,13 @@ class StepScreen(Page):
 
     def on_screen_suspend(self) -> None:
         super().on_screen_suspend()
-        for gauge in self.query(Gauge):
+        for gauge in self._gauges:
             gauge.leave()
 
     def _watch(self) -> None:
         """Show the instrument of the present line at the gauge, or what is stored there."""
         line, state = self.dialogue.here, self.dialogue.facts.state
-        for gauge in self.query(Gauge):
+        for gauge in self._gauges:
             if line is None or line.place.is_file:
                 gauge.follow(None, Followed(), None)
                 continue
@@ -404,7 +408,8 @@ class StepScreen(Page):
             gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
 
     async def action_press(self, key: str) -> None:
-        """Hand on a key, unless Enter ends a serial that was scanned."""
+        """Hand on a key, unless Enter ends a serial that was scanned; it is meant for the form."""
+        self.leave_tab()
         if key != "enter" or not await self.action_take_scan():
             await super().action_press(key)
 
@@ -431,7 +436,7 @@ class StepScreen(Page):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if action == "picture":
-            return not self.is_mounted or any(pictures.panels for pictures in self.query(Pictures))
+            return bool(self.pictures.panels)
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:

@@ -36,14 +36,14 @@ class Hanging(Static):
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
+        self._drawn: tuple[int, list[list[Segment]]] = 0, []  # its lines, and their width
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:
             return
-        before = self._rows()
-        self._hung = Hung(text)
+        (width, before), self._hung = self._drawn, Hung(text)
         after = self._rows()
-        if not before:
+        if not before or width != self._drawn[0]:
             self.refresh(layout=True)
             return
         none: list[Segment] = []
@@ -54,8 +54,10 @@ class Hanging(Static):
 
     def _rows(self) -> list[list[Segment]]:
         """Return the lines as they are drawn, none before the first layout."""
-        width = self.size.width
-        return self.app.console.render_lines(self._hung, self.app.console.options.update(width=width)) if width else []
+        width, console = self.size.width, self.app.console
+        rows = console.render_lines(self._hung, console.options.update(width=width)) if width else []
+        self._drawn = width, rows
+        return rows
 
     def render(self) -> Hung:
         return self._hung

@@ -16,11 +16,14 @@ from accept.tui.app import BenchApp
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Choice, Help, Question
+from accept.tui.screens.gap import Explain
 from accept.tui.screens.page import Page
 from accept.tui.screens.plots import Plots
 from accept.tui.screens.record_picker import Pick
+from accept.tui.screens.start import StartScreen
 from accept.tui.screens.step import StepScreen
 from accept.tui.screens.steps import Steps
+from accept.tui.screens.summary import Summary
 from accept.tui.widgets.key_row import PALETTE, KeyRow, ShownKey, placed
 from accept.tui.widgets.step_list import StepList
 from checks.picture import Line, Panel
@@ -69,9 +72,10 @@ async def test_most_rows_of_the_screens_of_a_step_are_used() -> None:
     assert not {name: round(room, 2) for name, room in rooms.items() if room < USED}
 
 
-def test_no_key_of_the_screens_of_a_step_has_two_labels() -> None:
+def test_no_key_has_two_labels() -> None:
     labels = defaultdict[str, set[str]](set)
-    for screen in (Working, Scanning, Page, Steps, StepScreen, Question, Choice, Help, Pick):
+    of_unit = (Working, Scanning, Page, Steps, StepScreen, Explain, Summary, Plots)
+    for screen in (*of_unit, StartScreen, Question, Choice, Help, Pick):
         for binding in screen.__dict__.get("BINDINGS", ()):
             assert isinstance(binding, Binding)
             for key in binding.key.split(","):
@@ -85,7 +89,12 @@ def test_the_foot_is_one_row_and_says_how_many_keys_it_leaves_to_the_palette(wid
     names = ["File", "Measure", "Mean", "Note", "Other", "Plot", "Again", "Summary"]
     keys = [ShownKey("enter", "Enter", "Save", is_main=True)]
     keys += [ShownKey(f"f{n}", f"F{n}", name) for n, name in enumerate(names, 2)]
-    keys += [ShownKey("escape", "Esc", "Steps"), ShownKey("ctrl+z", "^Z", "Undo"), ShownKey("f1", "F1", "Help"), PALETTE]
+    keys += [
+        ShownKey("escape", "Esc", "Steps"),
+        ShownKey("ctrl+z", "^Z", "Undo"),
+        ShownKey("f1", "F1", "Help"),
+        PALETTE,
+    ]
     found = placed(keys, width)
     assert len(found) == len(keys) - left_out
     assert found[0].shown.is_main

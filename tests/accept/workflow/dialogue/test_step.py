@@ -203,6 +203,13 @@ class TestEntries:
             assert (goes.serial, goes.queue.name) == ("APA-02", "capacitance")
             assert not at.d.lines[0].text
 
+    def test_a_serial_of_no_unit_in_a_line_says_where_it_is_scanned(self):
+        with at_step("capacitance", serial="APA-02") as at:
+            at.types("APA-077")
+            assert at.said.endswith("A new unit? Esc, then scan it")
+            at.types("4.99 V")
+            assert "new unit" not in at.said
+
     def test_a_value_that_is_typed_over_a_complete_step_is_not_saved(self):
         with at_step("stroke") as at:
             at.types("365")
