@@ -19,7 +19,7 @@ from accept.tui.widgets.step_list import StepList
 from accept.workflow import open_bench
 from accept.workflow.instruments.port import Instruments
 from hw.records import own_record
-from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, words
+from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, type_line, words
 
 HAMMER = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 
