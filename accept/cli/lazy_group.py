@@ -65,29 +65,31 @@ class AsTyped:
         param._runtime_param = None  # noqa: SLF001 - the library makes its own then
         return param.get_runtime_param().coerce(value, param, ctx)
 
-
-class _Plain:
-    """A command or group whose parameters are converted by `AsTyped` first."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Return the parameters."""
-        params: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+    @classmethod
+    def of(cls, params: list[Any]) -> list[Any]:
+        """Return parameters that are converted so."""
         for param in params:
-            param._runtime_param = AsTyped()  # noqa: SLF001 - as above
+            param._runtime_param = cls()  # noqa: SLF001 - as above
         return params
 
 
-class PlainCommand(_Plain, TyperCommand):
+class PlainCommand(TyperCommand):
     """A command that is called."""
 
+    def get_params(self, ctx: Any) -> list[Any]:
+        return AsTyped.of(super().get_params(ctx))
 
-class LazyGroup(_Plain, TyperGroup):
+
+class LazyGroup(TyperGroup):
     """A group of the commands in a table. Listing and completing their names imports none of them."""
 
     def __init__(self, *, table: Mapping[str, Command | Group], **settings: Any) -> None:
         super().__init__(**settings)
         self.table = table
         self.commands: Any = LazyCommands(table)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return AsTyped.of(super().get_params(ctx))
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - as typer calls it
         return list(self.commands)

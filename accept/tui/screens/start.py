@@ -2,7 +2,7 @@
 mean is decided there."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future, wait
 from dataclasses import asdict, dataclass
 from datetime import datetime
@@ -128,10 +128,7 @@ class StartScreen(Working[Begin | None]):
                 yield Static("", id="week", markup=False, classes="card")
             with Vertical(id="right"):
                 with Card(title="Scan or type a serial", id="scan"):
-                    texts = self.dialogue.texts
-                    for name, label in OWN.items():
-                        line = Chips(texts[name], id=name) if name == "kind" else TextEntry(texts[name], id=name)
-                        yield Horizontal(Label(label, classes="label"), line, classes="line", id=f"line-{name}")
+                    yield from map(self._asked, OWN)
                     yield Label("", id="about", markup=False)
                 with Card(title="Units", id="list"):
                     yield UnitsTable(id="known")
@@ -164,17 +161,17 @@ class StartScreen(Working[Begin | None]):
     def _rail(self) -> PointedTable:
         return self.query_one("#queues", PointedTable)
 
-    async def _ask_for_parts(self) -> None:
-        """Add the lines of all parts; most units have none, and the first screen does not wait for them."""
-        parts = [(name, label) for name, label in labels().items() if name not in OWN]
-        entries = [TextEntry(placeholder="may stay empty", id=name) for name, _ in parts]
-        await self.query_one("#scan").mount(
-            *(
-                Horizontal(Label(label, classes="label"), entry, classes="line part", id=f"line-{name}")
-                for (name, label), entry in zip(parts, entries, strict=True)
-            ),
-            before="#about",
-        )
+    def _asked(self, name: str) -> Horizontal:
+        """Return the line of a field."""
+        text, hint = self.dialogue.texts[name], "" if name in OWN else "may stay empty"
+        line = Chips(text, id=name) if name == "kind" else TextEntry(text, placeholder=hint, id=name)
+        label = Label(labels()[name] if hint else OWN[name], classes="label")
+        return Horizontal(label, line, classes="line part" if hint else "line", id=f"line-{name}")
+
+    @property
+    def _fields(self) -> Sequence[str]:
+        """Return the fields that have a line: most units have no parts, and the first screen does not wait for them."""
+        return [name for name in self.dialogue.texts if name in OWN or self.query(".part")]
 
     def _line(self, name: str) -> Input | Chips:
         found = self.query_one(f"#{name}")
@@ -182,21 +179,17 @@ class StartScreen(Working[Begin | None]):
         return found
 
     def at_present(self) -> Turn:
-        texts = {
-            name: self._line(name).value if self.query(f"#{name}") else text
-            for name, text in self.dialogue.texts.items()
-        }
+        texts = {**self.dialogue.texts, **{name: self._line(name).value for name in self._fields}}
         typed_into = self.focused.id if isinstance(self.focused, Input | Chips) else None
         return dialogue.edited(self.dialogue, texts, typed_into)
 
     async def draw(self) -> None:
         d = self.dialogue
         if not (OWN.keys() >= set(d.shown) or self.query(".part")):
-            await self._ask_for_parts()
-        for name, text in d.texts.items():
-            if not self.query(f"#{name}"):
-                continue
-            line = self._line(name)
+            parts = [self._asked(name) for name in d.texts if name not in OWN]
+            await self.query_one("#scan").mount(*parts, before="#about")
+        for name in self._fields:
+            line, text = self._line(name), d.texts[name]
             self.query_one(f"#line-{name}").display = name in d.shown or (name == "kind" and d.adds)
             if isinstance(line, Chips):
                 line.show(d.fitting if d.begins else () if d.bench is None else d.bench.kinds, text)

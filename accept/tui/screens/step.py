@@ -97,11 +97,11 @@ class StepScreen(Page):
         self._other_forms = ""  # and the key that changes to them
         self._keys_of: StepDialogue | None = None  # that the row of keys was made for
         self._laying_out = asyncio.Lock()
-        self._gauges = [] if self.step.derived else [Gauge()]
+        self._gauge = Gauge()  # not shown at a derived step, which has nothing to follow
         self._guides = [Hanging(self.step.guide.picture, id="guide")] if self.step.guide.picture else []
 
     def above(self) -> ComposeResult:
-        yield from self._gauges
+        yield self._gauge
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
@@ -208,8 +208,7 @@ class StepScreen(Page):
 
     def _store(self, entry: do.StoreEntry) -> None:
         def stored(event: Event) -> None:
-            for gauge in self._gauges:
-                gauge.forget()
+            self._gauge.forget()
             self.later(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
             self.call_next(self._watch)
 
@@ -389,23 +388,21 @@ class StepScreen(Page):
 
     def on_screen_suspend(self) -> None:
         super().on_screen_suspend()
-        for gauge in self._gauges:
-            gauge.leave()
+        self._gauge.leave()
 
     def _watch(self) -> None:
         """Show the instrument of the present line at the gauge, or what is stored there."""
         line, state = self.dialogue.here, self.dialogue.facts.state
-        for gauge in self._gauges:
-            if line is None or line.place.is_file:
-                gauge.follow(None, Followed(), None)
-                continue
-            name, index = line.place.key
-            one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
-            stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
-            limit, earlier = self.step.asked.limits.get(name), self.session.judgements.earlier.get(name, ())
-            instrument = self.service.instrument(line.place)
-            whose = "" if instrument is None else instrument.short_name
-            gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
+        if line is None or line.place.is_file:
+            self._gauge.follow(None, Followed(), None)
+            return
+        name, index = line.place.key
+        one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
+        stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
+        limit, earlier = self.step.asked.limits.get(name), self.session.judgements.earlier.get(name, ())
+        instrument = self.service.instrument(line.place)
+        whose = "" if instrument is None else instrument.short_name
+        self._gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
 
     async def action_press(self, key: str) -> None:
         """Hand on a key, unless Enter ends a serial that was scanned; it is meant for the form."""
