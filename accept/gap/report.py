@@ -9,7 +9,7 @@ from typing import Any
 
 from accept.gap.document import candidates, moved_parameters, shift_words, to_json
 from accept.gap.improved_model import AddedElement, elements_of
-from accept.gap.sketch import sketch
+from accept.gap.sketch import place_panel
 from accept.gap.text import (
     G_NOTE,
     data_words,
@@ -61,7 +61,7 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
         *findings(document, data_words(result.fit)),
         Heading("Where model and data disagree"),
         *before,
-        Picture((MAP, *([PLACE] if sketch(document, of_strut=_has_joints(result)) is not None else []))),
+        Picture((MAP, *([PLACE] if place_panel(document, of_strut=_has_joints(result)) is not None else []))),
         gap_with_errors(result, document),
         by_step,
         Sentence(f"G after, within 5 Hz about each mode: {modes}.", Role.DETAIL),
@@ -80,7 +80,7 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
 
 def pictures(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Panel]:
     """Return the pictures of a report by name."""
-    place = sketch(to_json("", result), of_strut=_has_joints(result))
+    place = place_panel(to_json("", result), of_strut=_has_joints(result))
     return {**bode_panels(result, elements_of(added)), **({} if place is None else {PLACE: place})}
 
 

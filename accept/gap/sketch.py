@@ -41,7 +41,7 @@ _SURE, _POSSIBLE = "bad", "model"  # roles
 _RADIUS = 5.0  # mm
 
 
-def sketch(document: Mapping[str, Any], *, of_strut: bool = True) -> Panel | None:
+def place_panel(document: Mapping[str, Any], *, of_strut: bool = True) -> Panel | None:
     """Return the strut, or the APA alone, with the places of what gap.json names; None if nothing of it has a place."""
     causes = [line for marked in _causes(document) for line in _rings(*marked)]
     if not causes:

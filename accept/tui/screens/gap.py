@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 
 from accept.base.documents.analyses import REFUSED
-from accept.gap import G_NOTE, findings, gap_number, headline_of_document, sketch
+from accept.gap import G_NOTE, findings, gap_number, headline_of_document, place_panel
 from accept.pictures import signs
 from accept.pictures.blocks import Role
 from accept.pictures.words import pretty
@@ -105,7 +105,7 @@ class Explain(Page):
 def pictures_of_gap(session: Session) -> Mapping[str, Panel]:
     """Return the pictures of the answer; where in the strut it sits stands behind the map."""
     panels, found = list(session.gap.panels.items()), session.gap.found or {}
-    place = sketch(found, of_strut=session.spec.kind != "apa")
+    place = place_panel(found, of_strut=session.spec.kind != "apa")
     return dict([*panels[:1], *([] if place is None else [("place", place)]), *panels[1:]])
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from accept.gap.sketch import _OF_EFFECT, PLACES, sketch
+from accept.gap.sketch import _OF_EFFECT, PLACES, place_panel
 from checks.gap import EFFECTS
 from checks.gap.decision.elements import PLACE_OF
 from checks.picture import Line
@@ -17,7 +17,7 @@ ELECTRONICS = {"amplifier", "channel", "loop", "crosstalk"}  # first words of ef
 
 def rings(document: dict[str, Any], **more: bool) -> list[tuple[float, float, str, str]]:
     """Return middle, role and words of every outer ring."""
-    panel = sketch(document, **more)
+    panel = place_panel(document, **more)
     found = [item for item in panel.items if isinstance(item, Line) and item.role != "quiet"]
     found = [item for item in found if np.ptp(item.x) > 9.0]
     return [(round(float((i.x.max() + i.x.min()) / 2), 1), round(float(i.y.mean()), 0), i.role, i.label) for i in found]
@@ -49,11 +49,11 @@ def test_rival_causes_are_marked_as_possible() -> None:
     "document", [{}, {"named": [{"effect": "loop_delay"}]}, {"named": [{"effect": "of_a_plug_in"}]}]
 )
 def test_what_has_no_place_is_not_drawn(document: dict[str, Any]) -> None:
-    assert sketch(document) is None
+    assert place_panel(document) is None
 
 
 def test_an_apa_alone_has_no_joints() -> None:
-    both = [len(sketch(FOUND, of_strut=of_strut).items) for of_strut in (True, False)]
+    both = [len(place_panel(FOUND, of_strut=of_strut).items) for of_strut in (True, False)]
     assert both[0] - both[1] == 8  # four sides of joints, payload, base, head and ruler
 
 
