@@ -102,9 +102,10 @@ def test_the_first_screen_waits_for_nothing_that_the_bench_needs(options: list[s
     run = f"import sys; sys.argv = ['accept', 'run', *{options}]\nimport accept.commands.bench.run as command\n"
     run += "command.show = lambda wanted: print(wanted.unit, wanted.operator, *sys.modules) or 0\n"
     run += "from accept.cli.main import main; main()"
-    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=True)
+    named = {**os.environ, "ACCEPT_OPERATOR": "Bob"}
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=True, env=named)
     unit, operator, *modules = done.stdout.split()
-    assert [unit, operator] == (["APA-01", "Ann"] if options else ["None", "None"])
+    assert [unit, operator] == (["APA-01", "Ann"] if options else ["None", "Bob"])
     assert not {"numpy", "pydantic", "multiprocessing", "sqlalchemy", "accept.workflow.bench"} & set(modules)
 
 
