@@ -61,7 +61,7 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
         *findings(document, data_words(result.fit)),
         Heading("Where model and data disagree"),
         *before,
-        Picture((MAP, *([PLACE] if place_panel(document, of_strut=_has_joints(result)) is not None else []))),
+        Picture((MAP, PLACE)),
         gap_with_errors(result, document),
         by_step,
         Sentence(f"G after, within 5 Hz about each mode: {modes}.", Role.DETAIL),
@@ -79,13 +79,10 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
 
 
 def pictures(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Panel]:
-    """Return the pictures of a report by name."""
-    place = place_panel(to_json("", result), of_strut=_has_joints(result))
+    """Return the pictures of a report by name; without a place if nothing that was found has one."""
+    has_joints = any(name.startswith("joint.") for name in result.before.response.model.values)
+    place = place_panel(to_json("", result), of_strut=has_joints)
     return {**bode_panels(result, elements_of(added)), **({} if place is None else {PLACE: place})}
-
-
-def _has_joints(result: Result) -> bool:
-    return any(name.startswith("joint.") for name in result.before.response.model.values)
 
 
 def short_report(result: Result) -> tuple[list[Block], list[Block]]:

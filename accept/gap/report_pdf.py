@@ -99,7 +99,7 @@ def _flowables(block: Block, drawn: Mapping[str, Panel], scale: float) -> list[F
             said = words(block.words, page_style.STRONG if block.role in STRONG else quiet)
             return [said, *([words(block.more, page_style.SMALL)] if block.more else [])]
         case Picture():
-            panels = [reduce_panel(drawn[name]) for name in block.panels]
+            panels = [reduce_panel(drawn[name]) for name in block.panels if name in drawn]
             beside = block.panels[0] == MAP
             return [FigureRow(panels, MAP_HEIGHT) if beside else FigureStack(panels, [h * scale for h in BODE])]
     return [_table(block)]
