@@ -36,14 +36,15 @@ class Hanging(Static):
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
-        self._drawn: tuple[int, list[list[Segment]]] = 0, []  # its lines, and their width
+        self._drawn: tuple[int, list[list[Segment]]] | None = None  # its width and lines
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:
             return
-        (width, before), self._hung = self._drawn, Hung(text)
+        before = self._rows()
+        self._hung, self._drawn = Hung(text), None
         after = self._rows()
-        if not before or width != self._drawn[0]:
+        if not before:
             self.refresh(layout=True)
             return
         none: list[Segment] = []
@@ -55,9 +56,10 @@ class Hanging(Static):
     def _rows(self) -> list[list[Segment]]:
         """Return the lines as they are drawn, none before the first layout."""
         width, console = self.size.width, self.app.console
-        rows = console.render_lines(self._hung, console.options.update(width=width)) if width else []
-        self._drawn = width, rows
-        return rows
+        if self._drawn is None or self._drawn[0] != width:
+            rows = console.render_lines(self._hung, console.options.update(width=width)) if width else []
+            self._drawn = width, rows
+        return self._drawn[1]
 
     def render(self) -> Hung:
         return self._hung
