@@ -47,7 +47,7 @@ def place_panel(document: Mapping[str, Any], *, of_strut: bool = True) -> Panel 
     if not causes:
         return None
     drawn = [*_apa(), *(_around() if of_strut else ())]
-    outline = (Line(*np.array(points, float).T, role="quiet") for points in drawn)
+    outline = (Line(x, z, role="quiet") for x, z in (np.array(points, float).T for points in drawn))
     return Panel("Where it sits, seen from the side", "x [mm]", "z [mm]", (*outline, *causes), equal=True)
 
 
