@@ -33,6 +33,7 @@ from specs.bench import load_bench
 from tests.accept.certificate.verify.verify_help import verify
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_workflow import fill
+from tests.shared.kept_folder import KeptFolder, kept
 
 MARKED = GOOD.replace("[", "simulated = true\n[", 1)
 
@@ -52,12 +53,18 @@ def shown(pdf: Path) -> list[str]:
     return [" ".join(page.extract_text().split()) for page in PdfReader(pdf).pages]
 
 
-@pytest.fixture
-def certificate(tmp_path: Path) -> Path:
-    make_unit(tmp_path / "in" / "A-2", "A-2", MARKED)
-    done = batch(tmp_path / "in", tmp_path / "out")
+def judge_marked(place: Path) -> None:
+    make_unit(place / "in" / "A-2", "A-2", MARKED)
+    done = batch(place / "in", place / "out")
     assert (done.exit_code, SIMULATED in done.stdout, SIMULATED in done.stderr) == (0, True, True)
-    return tmp_path / "out" / "certificates" / "A-2.pdf"
+
+
+certified = kept(judge_marked)
+
+
+@pytest.fixture
+def certificate(certified: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
+    return certified.put_back(monkeypatch) / "out" / "certificates" / "A-2.pdf"
 
 
 def test_every_page_says_so(certificate: Path) -> None:
