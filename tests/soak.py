@@ -827,8 +827,44 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/tui/shown/test_tui_layout.py": Heavy(
         ["accept/tui", "accept/workflow"],
-        ["test_no_two_stored_records_read_the_same[80]", "test_no_two_stored_records_read_the_same[120]"],
-        "the narrowest and the widest of four widths",
+        [
+            "test_no_two_stored_records_read_the_same[80]",
+            "test_no_two_stored_records_read_the_same[120]",
+            "test_no_two_stored_records_read_the_same[200]",
+        ],
+        "the narrowest of four widths",
+    ),
+    "tests/accept/tui/shown/test_tui_secrets.py": Heavy(
+        ["accept/tui", "accept/workflow"],
+        [
+            "test_letters_that_nothing_expects_are_counted_and_not_shown[correct-horse-complete_unit]",
+            "test_letters_that_nothing_expects_are_counted_and_not_shown[correct-horse-complete_step]",
+            "test_letters_that_nothing_expects_are_counted_and_not_shown[correct-hrose-list_of_steps]",
+            "test_letters_that_nothing_expects_are_counted_and_not_shown[correct-hrose-complete_unit]",
+            "test_letters_that_nothing_expects_are_counted_and_not_shown[correct-hrose-summary]",
+            "test_a_line_that_expects_other_text_gives_a_passphrase_back_empty[file]",
+            "test_a_line_that_expects_other_text_gives_a_passphrase_back_empty[signing_reason]",
+            "test_a_line_that_expects_other_text_gives_a_passphrase_back_empty[new_attempt]",
+            "test_a_line_that_expects_other_text_gives_a_passphrase_back_empty[list_of_units]",
+        ],
+        "letters over a step, the list of steps and the summary; six lines, all of them as functions in "
+        "tests/accept/workflow: test_passphrase_guard.py and dialogue",
+    ),
+    "tests/accept/tui/shown/test_tui_palette.py": Heavy(
+        ["accept/tui", "accept/workflow"],
+        ["test_a_step_is_opened_from_another_by_a_click_on_its_row"],
+        "a step that is opened by its name; clicks on units and queues, in test_tui_start.py",
+    ),
+    "tests/accept/workflow/test_nonconformance.py": Heavy(
+        ["accept/workflow", "accept/judging"],
+        ["test_the_next_attempt_follows_the_disposition[scrap-conditional]"],
+        "the same of rework and without a disposition; what is scrapped, by commands, in "
+        "tests/accept/certificate/test_concession.py",
+    ),
+    "tests/accept/workflow/test_step_and_summary.py": Heavy(
+        ["accept/workflow", "accept/judging"],
+        ["test_every_step_says_of_its_quantities_what_the_summary_says[wrong_payload]"],
+        "the same of a fault of the meter",
     ),
 }
 
