@@ -41,7 +41,7 @@ def test_it_is_conditional_until_it_is_confirmed_once(
     assert {f["cause"]["code"] for f in found["findings"]} == {"serial_alike"}
     assert "looks like APA-10" in found["findings"][0]["reason"]
     assert accept("verify", known / "certificates" / "APA-1O.pdf").exit_code == 0
-    assert accept("batch", tmp_path / "units", "--out", known, "--spec", "apa-basic").exit_code == 0  # it was first
+    assert accept("batch", known.parent / "units", "--out", known, "--spec", "apa-basic").exit_code == 0  # it was first
 
     asked: list[str] = []
     monkeypatch.setattr(report, "confirm", lambda question: asked.append(question) or True)

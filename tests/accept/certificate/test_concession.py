@@ -26,8 +26,8 @@ from accept.store import open_store
 from accept.store.decisions import Signer
 from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
-from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
 
 SCRATCH = "flatness: scratch on the shell (Ann)"

@@ -14,9 +14,10 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store
-from tests.accept.certificate.certificate_help import WHEN, accept
+from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.verify_help import credentials
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
 
 

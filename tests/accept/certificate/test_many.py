@@ -7,8 +7,8 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate.trust import keys
-from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
 
 VALUES = {"A": GOOD, "B": GOOD.replace("5.10", "5.09"), "C": GOOD.replace("5.10", "1.72")}
