@@ -12,8 +12,9 @@ from accept.store import Store, open_store
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess
-from tests.accept.batch.test_folder_name import accept, judged, unit
+from tests.accept.batch.test_folder_name import judged, unit
 from tests.accept.tui.tui_help import press, running, type_line, words
+from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
 
 
