@@ -182,9 +182,10 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_yield_counts_the_decided_unit_by_its_decision[measure-again-0-0]",
             "test_a_yield_counts_the_decided_unit_by_its_decision[return-0-0]",
             "test_a_yield_counts_the_decided_unit_by_its_decision[scrap-0-0]",
+            "test_what_is_returned_or_scrapped_stays_held[scrap]",
         ],
-        "both ways to concede with the note deleted; rework and another measurement, with and without the note; use "
-        "as it is and rework in a yield",
+        "both ways to concede with the note deleted; rework and another measurement, with and without the note; what"
+        " is returned; use as it is and rework in a yield",
     ),
     "tests/accept/certificate/verify/test_verify_bytes.py": Heavy(
         ["accept/certificate"],
@@ -724,9 +725,12 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/accept/batch/test_batch.py": Heavy(
         ["accept/batch", "accept/judging", "checks/acceptance"],
-        ["test_recorded_units"],
+        [
+            "test_recorded_units",
+            "test_a_countersigned_certificate_is_set_aside_not_replaced[report]",
+        ],
         "the units of the demo against what was published, judged and verified; recorded units by each check, in "
-        "tests/checks/acceptance",
+        "tests/checks/acceptance; a certificate that a batch sets aside",
     ),
     "tests/validation/test_methods.py": Heavy(
         ["validation"],
@@ -857,6 +861,18 @@ HEAVY: Mapping[str, Heavy] = {
         ["accept/workflow", "accept/judging"],
         ["test_every_step_says_of_its_quantities_what_the_summary_says[wrong_payload]"],
         "the same of a fault of the meter",
+    ),
+    "tests/accept/batch/test_reason_to_judge_again.py": Heavy(
+        ["accept/batch", "accept/judging", "accept/commands/units"],
+        [
+            "test_a_rejected_unit[report]",
+            "test_another_verdict_is_certified_without_a_reason_and_says_so[report]",
+            "test_at_a_terminal_it_is_asked[batch]",
+            "test_the_same_result_again_amends_nothing[batch]",
+            "test_an_accepted_unit_that_is_measured_again_needs_a_reason[batch]",
+            "test_without_a_reason_no_accepted_unit_is_amended[batch]",
+        ],
+        "each rule by one of the two commands, which certify the same: test_same_judgement.py in tests/accept/workflow",
     ),
 }
 
