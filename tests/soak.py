@@ -60,9 +60,10 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_fault_is_told_and_no_channel_gets_worse[da turned]",
             "test_a_fault_is_told_and_no_channel_gets_worse[de and Vs exchanged]",
             "test_a_fault_is_told_and_no_channel_gets_worse[de dead]",
+            "test_a_fault_is_told_and_no_channel_gets_worse[de and da exchanged]",
         ],
-        "a channel that is turned, two that are exchanged, a resonance on Vs in records as they are; each fault by "
-        "its check, in tests/checks/acceptance/test_responses.py",
+        "a channel that is turned, a resonance on Vs in records as they are; each fault by its check, in "
+        "tests/checks/acceptance/test_responses.py",
     ),
     "tests/checks/gap/test_conditions.py": Heavy(
         ["checks/gap"],
@@ -82,8 +83,10 @@ HEAVY: Mapping[str, Heavy] = {
             "test_is_named_for_what_it_is[skew of 20 us on Vs]",
             "test_is_named_for_what_it_is[high-pass of second order, 8 Hz]",
             "test_is_named_for_what_it_is[skew of 20 us on de]",
+            "test_a_drift_between_records_is_no_effect",
         ],
-        "whole samples; a drift between records, which is no effect; a skew of another form in test_lags.py",
+        "whole samples; a gain that drifts, in tests/accept/gap/test_twelve_effects.py; a pickup that is no latency, in "
+        "test_lags.py",
     ),
     "tests/checks/gap/test_gap.py": Heavy(
         ["checks/gap"],
@@ -93,9 +96,11 @@ HEAVY: Mapping[str, Heavy] = {
             "test_what_only_a_value_far_off_explains_is_said",
             "test_a_latency_is_not_told_from_a_filter_far_above_the_band",
             "test_one_effect[crosstalk-values0]",
+            "test_polarity_and_offset_first",
         ],
-        "recorded unit S-01; a payload by its name and value in test_gap_robust.py, a high-pass in tests/accept/gap;"
-        " what stays unexplained in test_never_worse.py; a short delay in test_gap_robust.py",
+        "nothing missing; recorded unit S-01; a payload by its name and value in test_gap_robust.py, a high-pass in "
+        "tests/accept/gap; a turned sensor and what stays unexplained in test_never_worse.py; whole samples in "
+        "test_acquisition.py; a short delay in test_gap_robust.py",
     ),
     "tests/checks/gap/test_gap_contract.py": Heavy(
         ["checks/gap"],
@@ -121,8 +126,10 @@ HEAVY: Mapping[str, Heavy] = {
             "test_what_the_band_shows_is_named[amplifier_second_order-values0]",
             "test_a_lag_whose_form_the_band_does_not_show_is_ambiguous",
             "test_a_learned_latency_imitates_no_delay[False]",
+            "test_a_learned_latency_imitates_no_delay[True]",
         ],
-        "a short delay whose form the band does not show, in test_gap_robust.py; a pickup that is no latency",
+        "a pickup that is no latency; a learned bench that has its paths, in test_bench_paths.py; a short delay "
+        "whose form the band does not show, in test_gap_robust.py",
     ),
     "tests/checks/gap/test_effects_of_others.py": Heavy(
         ["checks/gap", "specs/plugins.py"],
@@ -637,9 +644,11 @@ HEAVY: Mapping[str, Heavy] = {
             "test_lags_that_have_names_keep_them",
             "test_a_sound_strut_on_a_guide_that_gives_way_has_no_name",
             "test_a_lag_of_the_drive_beside_others_has_no_form",
+            "test_an_effect_is_named_beside_a_guide_that_gives_way[payload_mass-values1]",
+            "test_creep_of_the_strut_and_losses_of_the_bench_are_one",
         ],
-        "a scale of the encoder, a payload beside a guide that gives way, a sound strut that lacks lags only; a lag "
-        "whose form the band does not show, in test_gap_robust.py",
+        "a scale of the encoder, a sound strut that lacks lags only; a payload by its name, and a lag whose form the"
+        " band does not show, in test_gap_robust.py",
     ),
     "tests/checks/gap/search/test_screen.py": Heavy(
         ["checks/gap"],
@@ -747,8 +756,11 @@ HEAVY: Mapping[str, Heavy] = {
     ),
     "tests/checks/gap/test_common_offset.py": Heavy(
         ["checks/gap"],
-        ["test_what_a_batch_has_in_common_is_no_name_of_a_unit[1.0]"],
-        "the same of a batch at its mean; a unit off its batch",
+        [
+            "test_what_a_batch_has_in_common_is_no_name_of_a_unit[1.0]",
+            "test_a_unit_off_its_batch_is_named_with_the_common_part_in_its_interval",
+        ],
+        "a unit at the mean of its batch, with the batch's model and without",
     ),
     "tests/validation/test_benches.py": Heavy(
         ["validation"],
