@@ -85,8 +85,8 @@ HEAVY: Mapping[str, Heavy] = {
             "test_is_named_for_what_it_is[skew of 20 us on de]",
             "test_a_drift_between_records_is_no_effect",
         ],
-        "whole samples; a gain that drifts, in tests/accept/gap/test_twelve_effects.py; a pickup that is no latency, in "
-        "test_lags.py",
+        "whole samples; a gain that drifts, in tests/accept/gap/test_twelve_effects.py; a pickup that is no "
+        "latency, in test_lags.py",
     ),
     "tests/checks/gap/test_gap.py": Heavy(
         ["checks/gap"],
