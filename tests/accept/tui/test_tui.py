@@ -32,7 +32,6 @@ from tests.accept.tui.tui_help import (
     sign_first,
     title,
     type_line,
-    until,
     words,
 )
 from tests.accept.units.units import DATA
@@ -326,21 +325,6 @@ def arrived(path: Path, seconds_ago: float) -> Path:
     return path
 
 
-async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Path):
-    async with running(loader(records=tmp_path)) as pilot:
-        await begin(pilot)
-        await press(pilot, "enter", "f6")
-        (field,) = pilot.app.screen.query(Field)
-        assert pilot.app.screen.dialogue.proposed(0) is None
-        arrived(tmp_path / "flat.csv", 10)
-        await until(lambda: pilot.app.screen.dialogue.proposed(0) is not None)
-        assert "flat.csv" in words(pilot, "#status")
-        assert pilot.app.focused is field.input
-        await press(pilot, "enter")
-        assert "flat.csv" in str(field.query_one(".stored").render())
-    assert stored("record_linked")
-
-
 async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(tmp_path: Path):
     arrived(tmp_path / "flat.csv", 10)
     async with running(loader(records=tmp_path)) as pilot:
@@ -417,12 +401,3 @@ async def test_arrows_go_from_line_to_line_where_the_form_is_longer_than_the_scr
         assert lines[1].has_focus
         await press(pilot, "up")
         assert lines[0].has_focus
-
-
-async def test_what_is_scanned_into_the_list_of_steps_undoes_nothing():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "down", "enter")
-        await type_line(pilot, "365")
-        await press(pilot, "escape", *"u")
-    assert not stored("entry_undone")

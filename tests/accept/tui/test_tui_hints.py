@@ -30,7 +30,7 @@ from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.record_folder import PickableFile
 from accept.workflow.session.open_session import open_session
 from accept.workflow.steps.status import Status
-from accept.workflow.steps.unit_list import RIG, KnownUnit, Queue, known_units
+from accept.workflow.steps.unit_list import KnownUnit, known_units
 from accept.workflow.training import open_training
 from accept.workflow.worker.judging import judge_here, judge_step
 from checks.declare import Measured, Series
@@ -127,24 +127,6 @@ async def test_letters_behind_f2_reach_the_filter_before_enter_takes_the_file_on
         assert links() == {"record": "old_loops.csv"}
 
 
-async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(records: Path):
-    for n, name in enumerate(("frf_noise.csv", "frf_noise_hf.csv", "hysteresis.csv")):
-        write_record(records / name, ago_s=AGO_S + n)
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "hysteresis")
-        await press(pilot, "f2")
-        table = pilot.app.screen.query_one("#files", DataTable)
-        rows = [[str(cell) for cell in table.get_row_at(n)] for n in range(3)]
-        assert [(row[0], row[3]) for row in rows] == [
-            ("hysteresis.csv", "yes"),
-            ("frf_noise.csv", "Responses"),
-            ("frf_noise_hf.csv", "Responses"),
-        ]
-        await press(pilot, *"zz", "enter")  # no folder above is opened for letters that no name holds
-        assert "No file has these letters" in words(pilot, "#status")
-        assert str(records) in words(pilot, "#folder")
-
-
 @pytest.mark.slow
 async def test_training_says_what_the_label_holds_and_its_keys_fit_into_80_columns():
     bench = open_training("apa", 31)
@@ -182,26 +164,6 @@ async def test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_
             await press(pilot, "escape")
 
 
-async def test_a_certificate_from_before_a_nonconformance_is_called_void():
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        await press(pilot, "f9")
-        await sign_first(pilot)
-        assert pilot.app.session.attempt.certificate is not None
-        await press(pilot, "escape")
-        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
-        await press(pilot, "f9")
-        shown_words = words(pilot, "#certificate")
-        assert "APA-02.pdf is void" in shown_words
-        assert "lacks the nonconformance" in shown_words
-        assert "→ Do not hand it out. ^S: sign again" in shown_words
-        await press(pilot, "f2")
-        await type_line(pilot, "correct horse")
-        await type_line(pilot, WHY)
-        assert "void" not in words(pilot, "#certificate")
-
-
 def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     """Opened from a tray, a step asked for values: its records were written in that moment."""
     bench, begun = open_training("apa", 31), Begun("TRAIN-000031", "apa", "Ann")
@@ -212,30 +174,6 @@ def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     assert session.records.proposals(step, step.check.forms[1], at_unit.records)
     session.close()
     bench.close()
-
-
-async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_of_the_rig():
-    async with running() as pilot:
-        for serial in ("APA-01", "APA-02", "APA-03"):
-            await begin(pilot, serial)
-            if serial == "APA-02":  # it has this step already
-                await open_step(pilot, "stroke")
-                await type_line(pilot, "365")
-                await press(pilot, "escape")
-            await press(pilot, "escape")
-        await begin(pilot, "APA-01")
-        pilot.app.queue = Queue(RIG, "", "For the rig", ())
-        await open_step(pilot, "stroke")
-        await press(pilot, "f10")
-        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-03", "stroke")
-        assert pilot.app.queue is not None
-        assert pilot.app.queue.name == RIG
-        await type_line(pilot, "365")
-        await press(pilot, "f10")
-        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-01", "stroke")
-        await type_line(pilot, "365")
-        await press(pilot, "f10")
-        assert "all the others have it" in words(pilot, "#status")
 
 
 async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
