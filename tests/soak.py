@@ -773,7 +773,6 @@ HEAVY: Mapping[str, Heavy] = {
         [
             "test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says_what_it_took",
             "test_a_photo_that_a_note_holds_is_not_proposed_again",
-            "test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone",
             "test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_top",
             "test_training_says_what_the_label_holds_and_its_keys_fit_into_80_columns",
             "test_what_is_saved_stands_in_one_column_until_something_is_typed[size1]",

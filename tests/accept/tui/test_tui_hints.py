@@ -47,7 +47,6 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     settled,
-    sign_first,
     told,
     type_line,
     words,
@@ -357,20 +356,6 @@ async def test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says
     with open_store() as store:
         (known,) = known_units(store, {"apa": load_spec("apa-basic")})
     assert known.last == ""
-
-
-async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "enter")
-        await type_line(pilot, HEIGHTS)
-        await press(pilot, "escape")
-        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
-        await press(pilot, "f9")
-        assert "→ sign; quality assurance" in words(pilot, "#detail")
-        await sign_first(pilot, WHY)
-        await settled(pilot)
-        assert "→ quality assurance countersigns" in words(pilot, "#detail")
 
 
 async def test_after_a_question_in_front_the_cursor_is_where_it_was():
