@@ -45,18 +45,14 @@ def beyond_parts(full: Explanation, fit: Fit) -> tuple[Nameless, ...]:
 
 
 def values_beyond(full: Explanation) -> dict[str, float]:
-    """Return the values of parts that lie further off than chance explains, with the standard deviations. Dampings have
-    no range."""
-    joint, at = full.response.model.joint, full.at
+    """Return the values of parts that lie further off than chance explains, by how many of the standard deviations that
+    they may have: an error of the model's form moves them less than their pulls. Dampings have no range."""
     free = [p for p in full.response.free() if np.isfinite(p.sd) and p.name in full.response.model.values and p.prior]
-    parts = [p for p in free if p.name.startswith(PARTS) and ".c" not in p.name]
-    if joint is not None:
-        off = {p.name: (at[p.name] - p.prior) / p.sd for p in parts}
+    parts = {p.name: p for p in free if p.name.startswith(PARTS) and ".c" not in p.name}
+    off = {n: (full.at[n] - p.prior) / p.sd for n, p in parts.items()}
+    if full.response.model.joint is not None:
         return {n: z for n, z in off.items() if abs(z) > BEYOND_BATCH}
-    pulls, prior = full.seen.pulls, {p.name: p.prior for p in parts}
-    told = {n: pulls[n] for n in prior if n in pulls}
-    force = {n: z for n, z in told.items() if n.startswith(FORCE)}
-    others = {n: z for n, z in told.items() if n not in force}
+    others = {n: z for n, z in off.items() if not n.startswith(FORCE)}
     most, weak = stats.norm.isf(OTHER_ALARMS / (2 * max(len(others), 1))), stats.norm.isf(FORCE_ALARMS)
-    lost = {n: z for n, z in force.items() if -z * np.sign(prior[n]) > weak}
+    lost = {n: z for n, z in off.items() if n not in others and -z * np.sign(parts[n].prior) > weak}
     return lost | {n: z for n, z in others.items() if abs(z) > most}
