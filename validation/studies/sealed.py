@@ -117,7 +117,7 @@ def table(rows: Sequence[Row]) -> list[str]:
     hiding, bare = ([r for r in ran if (r["hidden"] == "nothing") == empty] for empty in (False, True))
     said = [r for r in hiding if r["said"]]
     sizes = [r["class"] for r in said if r["place"]]
-    after = [r for r in hiding if r["open"]]
+    after = [r for r in hiding if r["open"]] if any("after" in r for r in hiding) else []
     seconds = [r["seconds"] for r in ran] or [0.0]
     settled = [
         "after" in r and r["after"]["place"] and not r["after"]["false"] and len(r["after"]["left"]) == 1 for r in after
