@@ -36,6 +36,7 @@ from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
 
 PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
+DOUBT = "doubt"  # column, if there is one: why the bench was in doubt, as `golden_chart.in_doubt` says
 
 
 @dataclass(frozen=True)
@@ -346,6 +347,8 @@ def chart_panels(trend: Trend) -> list[Panel]:
     items: list[Line | Mark] = [Line(x[trend.compared], values[trend.compared], "value", "points", "data")]
     if aside.size:
         items.append(Line(x[aside], values[aside], "equal values in a row", "points", "bad"))
+    if DOUBT in trend.rows and (off := np.flatnonzero(trend.rows[DOUBT] != "")).size:
+        items.append(Line(x[off], values[off], "judged while a golden unit was off", "points", "auto"))
     if (control := trend.chart) is not None:
         at = x[trend.compared]
         items += [

@@ -16,10 +16,10 @@ from accept.commands.fleet.answers import chosen, files, rows
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer, who_acts
-from accept.fleet import gauge, golden
+from accept.fleet import gauge, golden, golden_chart
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import counted, measurements_of, of_quantity
+from accept.fleet.measurements import counted, measurements, measurements_of, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.store import open_store
@@ -185,6 +185,39 @@ def golden_list(json: JsonAnswer = None) -> Answer:
 
 
 @command
+def golden_charts(
+    serial: Annotated[str | None, Argument(help="Serial of a golden unit; all without it.")] = None,
+    quantity: Annotated[str | None, Option(help="Only this quantity.")] = None,
+    plot: Plot = None,
+    *,
+    outputs: Outputs,
+) -> Answer:
+    """Show the chart of each golden unit, with limits of its own repeatability. What was judged since its last good day;
+    exit 4 at an alarm."""
+    with open_store() as store:
+        charts = golden_chart.golden_trends(store, serial, quantity)
+        named = sorted(golden.goldens(store))
+        frame = measurements(store) if any(each.chart.alarms for each in charts) else None
+    if not charts:
+        asked = " ".join(word for word in (serial, quantity) if word) or "any"
+        raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {', '.join(named) or 'none'}")
+    documents = [golden_chart.document(each) for each in charts]
+    shown = ("golden", "quantity", "bench", "n", "mean", "repeatability", "reference")
+    table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
+    columns = ["serial", "day", "operator", "bench", "quantity", "value", "verdict", "why"]
+    listed = None if frame is None else golden_chart.judged_in_doubt(frame, charts)[columns]
+    return Answer(
+        rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
+        *(alarm["words"] for d in documents for alarm in d["alarms"]),
+        *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
+        None if listed is None else rows(listed, f"{listed['serial'].nunique()} units judged since the last good day"),
+        *files(outputs, pd.DataFrame() if listed is None else listed, documents),
+        picture(plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True),
+        exit=Exit.INCOMPLETE if frame is not None else Exit.ACCEPTED,
+    )
+
+
+@command
 def golden_retire(
     serial: Annotated[str, Argument(help="Serial of a golden unit.")],
     reason: Annotated[str, Option(help="Why.")],
@@ -207,6 +240,7 @@ def golden_check(
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, who_acts(operator))
+        charts = golden_chart.golden_trends(store)
     lines = (
         f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
         else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
@@ -219,6 +253,7 @@ def golden_check(
         File(json, GoldensCompared(tuple(found))),
         *lines,
         Remark(words if missed else ""),
+        *(Remark(f"chart of {each.words(alarm)}") for each in charts for alarm in each.chart.alarms),
         exit=Exit.REJECTED if missed else exit,
     )
 

@@ -16,6 +16,7 @@ from accept.commands.options import Operator, Plot
 from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
+from accept.fleet.golden_chart import golden_trends, in_doubt
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
@@ -54,6 +55,7 @@ def trend(
                 stated = trends.set_baseline(store, of, by.value, reason, who)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
+        frame = frame.assign(**{trends.DOUBT: in_doubt(frame, golden_trends(store, quantity=quantity))})
     for words in left_out(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)]):
         say(words)
     charts = trends.trends(frame, quantity, by.value, baselines, _rules(rules), is_chosen(frame, choice))
@@ -74,6 +76,8 @@ def trend(
 def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
+    doubts = each.rows[trends.DOUBT].value_counts(sort=False).drop("", errors="ignore")
+    yield from (Remark(f"{each.name}: {n} units {words}; accept golden chart lists them") for words, n in doubts.items())
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
 
