@@ -59,15 +59,17 @@ def gauge_study(
             raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")
         frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
     found = gauge.study(frame)
-    document = gauge.document(found, wanted.tolerance, len(frame))
+    document = gauge.document(found, wanted.tolerance, frame)
     components = pd.DataFrame(document["components"])
+    by_ranges = document["averages_and_ranges"]
+    shown = components if by_ranges is None else components.assign(by_ranges=components["source"].map(by_ranges))
     percents = dict.fromkeys(("percent_of_study", "percent_of_variance", "percent_of_tolerance"), "{:.1f}")
     pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
     of_tolerance = "" if wanted.tolerance is None else f", {document['percent_of_tolerance']:.1f} % of the tolerance"
     of = f"source = 'gauge study of {len(frame)} readings'"
     return Answer(
         rows(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}")),
-        rows(components, "gauge study, crossed: standard deviations with their 95 % intervals", percents),
+        rows(shown, "gauge study, crossed: standard deviations with their 95 % intervals", percents),
         f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})",
         f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)",
         f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}",
