@@ -26,7 +26,7 @@ from accept.fleet.process_control.control_chart import (
     false_alarm_rate,
 )
 from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place, equal_runs
-from accept.fleet.process_control.places import chart_by_place
+from accept.fleet.process_control.places import chart_by_place, same_places
 from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
 from accept.pictures.labels import label_of
 from accept.store import Store
@@ -35,7 +35,8 @@ from checks.arrays import Array
 from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
 
-PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
+PLACES = ("bench", "operator", "instrument", "lot", "supplier", "shift", "spec")  # what a shift may be confined to
+WORDS_OF_PLACES = {"bench": "at", "operator": "by", "instrument": "with"}
 DOUBT = "doubt"  # column, if there is one: why the bench was in doubt, as `golden_chart.in_doubt` says
 
 
@@ -52,12 +53,26 @@ class StoredBaseline:
         return Baseline(self.stated.mean, self.stated.sigma, self.stated.n, self.stated.left_out)
 
 
+@dataclass(frozen=True)
+class Stage:
+    """The units that one revision of the limits judged, from their first to their last day; spec: by which;
+    capability: None for too few, or without limits."""
+
+    since: str
+    until: str
+    spec: str
+    n: int
+    lower: float | None
+    upper: float | None
+    capability: Capability | None
+
+
 @dataclass(frozen=True, eq=False)
 class Trend:
     """One group. rows: first attempts in the order of measurement; compared (K,): indices of those that the chart
     compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
-    and `why` then; alarms: of the chart and of equal values, by the indices of rows; baseline: the stored one, if there
-    is one; scale: on which the values are compared (`accept.fleet.process_control.scale`)."""
+    and `why` then; alarms: of the chart and of equal values, by the indices of rows; stages: of the
+    limits, if they changed; baseline: the stored one, if there is one; scale: on which the values are compared (`accept.fleet.process_control.scale`)."""
 
     name: str
     quantity: str
@@ -67,6 +82,7 @@ class Trend:
     chart: Chart | None
     alarms: tuple[Alarm, ...]
     capability: Capability | None
+    stages: tuple[Stage, ...]
     baseline: StoredBaseline | None
     false_alarms: float
     scale: str
@@ -128,11 +144,14 @@ def _trend(
     else:
         why.append(f"{values.size} values: a control chart needs {LEAST}")
     alarms = _alarms(control, compared, runs, rows["value"].to_numpy())
-    limits = rows[["lower", "upper"]].drop_duplicates()
+    everywhere = _labels(rows)
+    alarms = tuple(replace(alarm, same=same_places(alarm.place, everywhere)) for alarm in alarms)
+    limits, stages = rows[["lower", "upper"]].drop_duplicates(), tuple[Stage, ...]()
     if equal.any():
         why.append(f"no capability: {equal.sum()} of {equal.size} values are runs of equal ones, not a spread")
     elif len(limits) > 1:
         why.append("the limits changed: no capability over both")
+        stages = tuple(_stage(part) for _, part in rows.groupby(["lower", "upper"], sort=False, dropna=False))
     elif len(limits):
         lower, upper = (None if np.isnan(v) else float(v) for v in limits.iloc[0])
         try:
@@ -141,7 +160,19 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, alarms)
-    return Trend(name, quantity, str(units[0]), rows, compared, control, alarms, cap, baseline, rate, scale, tuple(why))
+    return Trend(
+        name, quantity, str(units[0]), rows, compared, control, alarms, cap, stages, baseline, rate, scale, tuple(why)
+    )
+
+
+def _stage(rows: pd.DataFrame) -> Stage:
+    lower, upper = (None if np.isnan(v) else float(v) for v in rows[["lower", "upper"]].iloc[0])
+    try:
+        made = capability(rows["value"].to_numpy(), lower, upper)
+    except ValueError:
+        made = None
+    days = (f"{rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
+    return Stage(*days, ", ".join(sorted(set(rows["spec"]))), len(rows), lower, upper, made)
 
 
 def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
@@ -203,12 +234,13 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
     shown = f"{units} ({alarm.units} units, since {since})"
-    where = whose(alarm.place, ", only")
+    same = f" (the same units: {', '.join(map(' '.join, alarm.same))})" if alarm.same else ""
+    where = whose(alarm.place, ", only") + same
     match alarm.rule:
         case "equal":
             value = f"{first['value']:g} {trend.unit}"
             return (
-                f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}; "
+                f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}{same}; "
                 f"measured ones show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a "
                 "number copied, did a reading stand still, or are the steps of the meter too coarse?"
             )
@@ -228,7 +260,7 @@ def whose(place: Place | None, only: str = "") -> str:
     if place is None:
         return ""
     column, name = place
-    return f"{only} {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {name}"
+    return f"{only} {WORDS_OF_PLACES.get(column, 'of')} {column} {name}"
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
@@ -265,11 +297,6 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
     """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and, if asked for, points
     in order."""
     cap = t.capability
-    indices: dict[str, Any] = {}
-    for name in ("Cp", "Cpk", "Pp", "Ppk"):
-        index: Index | None = getattr(cap, name) if cap else None
-        value, lo, hi = (index.value, index.lo, index.hi) if index else (None, None, None)
-        indices |= {name: value, f"{name}_lo": lo, f"{name}_hi": hi}
     fitted = cap.percentiles if cap else None
     return {
         "group": t.name,
@@ -278,7 +305,8 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "mean": float(t.rows["value"].mean()) if len(t.rows) else None,
         "sigma_within": cap.sigma_within if cap else None,
         "sigma_overall": cap.sigma_overall if cap else None,
-        **indices,
+        **_indices(cap),
+        "stages": [{**vars(stage), "capability": stage.capability and _indices(stage.capability)} for stage in t.stages],
         "in_control": t.chart is not None and not t.alarms,
         "normal": cap.normal if cap else None,
         "p_normal": cap.p_normal if cap else None,
@@ -291,6 +319,16 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "cautions": list(t.why),
         "points": _points(t.rows) if points else [],
     }
+
+
+def _indices(cap: Capability | None) -> dict[str, float | None]:
+    """Return the indices with the ends of their intervals."""
+    indices: dict[str, float | None] = {}
+    for name in ("Cp", "Cpk", "Pp", "Ppk"):
+        index: Index | None = getattr(cap, name) if cap else None
+        value, lo, hi = (index.value, index.lo, index.hi) if index else (None, None, None)
+        indices |= {name: value, f"{name}_lo": lo, f"{name}_hi": hi}
+    return indices
 
 
 def _baseline_document(t: Trend) -> dict[str, Any] | None:

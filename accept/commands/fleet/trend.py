@@ -1,6 +1,6 @@
 """`accept trend`: control charts of a quantity."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -62,8 +62,10 @@ def trend(
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
     points = pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     drawn = [t for t in charts if len(t.rows)]
+    stages = _stages(documents)
     return Answer(
         rows(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts"),
+        rows(stages, "capability by revision of the limits") if len(stages) else None,
         *(line for pair in zip(charts, documents, strict=True) for line in _lines(*pair)),
         *files(outputs, points, documents),
         picture(plot, lambda: [each for t in drawn for each in trends.chart_panels(t)], columns=1, announced=True)
@@ -102,19 +104,29 @@ def _rules(text: str | None) -> list[int]:
     return rules
 
 
+def _index(document: Mapping[str, Any], name: str) -> str | None:
+    value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
+    return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
+
+
+def _stages(documents: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return a row for each revision of the limits of each group."""
+    return pd.DataFrame(
+        {"group": document["group"], **{name: stage[name] for name in ("spec", "since", "until", "n", "lower", "upper")},
+         **{name: stage["capability"] and _index(stage["capability"], name) for name in ("Cpk", "Ppk")}}
+        for document in documents
+        for stage in document["stages"]
+    )  # fmt: skip
+
+
 def _row(document: Mapping[str, Any]) -> dict[str, object]:
-
-    def index(name: str) -> str | None:
-        value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
-        return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
-
     return {
         "group": document["group"],
         "units": document["n"],
         "mean": document["mean"],
         "sigma_within": document["sigma_within"],
         "sigma_overall": document["sigma_overall"],
-        **{name: index(name) for name in ("Cpk", "Ppk")},
+        **{name: _index(document, name) for name in ("Cpk", "Ppk")},
         "alarms": len(document["alarms"]),
     }
 

@@ -86,7 +86,7 @@ class Alarm:
     indices of its values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean
     from that of the baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2). units: number
     of values that show it, if not all from first to last do; place: what those have in common, ("bench", "B2"), None if
-    unknown; usual: of equal values, how many in a row are no alarm."""
+    unknown; same: other places of exactly the same values, which these cannot tell apart; usual: of equal values, how many in a row are no alarm."""
 
     rule: str
     first: int
@@ -96,6 +96,7 @@ class Alarm:
     U: float
     units: int = 0
     place: tuple[str, str] | None = None
+    same: tuple[tuple[str, str], ...] = ()
     usual: int = 0
 
     @property
