@@ -152,7 +152,7 @@ def document(each: GoldenTrend) -> dict[str, Any]:
 def golden_panels(each: GoldenTrend) -> list[Panel]:
     """Return the chart: comparisons in order with their own limits and the reference, and the cumulative sums."""
     chart, x = each.chart, np.arange(1.0, len(each.rows) + 1)
-    label, off = label_of(each.quantity), ~chart.good
+    label, off = label_of(each.quantity), chart.good == 0
     items: list[Line | Mark] = [
         Line(x, chart.values, "comparison", "points", "data"),
         Line(x[off], chart.values[off], "not as before", "points", "bad"),

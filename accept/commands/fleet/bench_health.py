@@ -194,8 +194,8 @@ def golden_charts(
     *,
     outputs: Outputs,
 ) -> Answer:
-    """Show the chart of each golden unit, with limits of its own repeatability. What was judged since its last good day;
-    exit 4 at an alarm."""
+    """Show the chart of each golden unit, with limits of its own repeatability. What was judged since its last good
+    day; exit 4 at an alarm."""
     with open_store() as store:
         charts = golden_chart.golden_trends(store, serial, quantity)
         named = sorted(golden.goldens(store))
@@ -214,7 +214,9 @@ def golden_charts(
         *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
         None if listed is None else rows(listed, f"{listed['serial'].nunique()} units judged since the last good day"),
         *files(outputs, pd.DataFrame() if listed is None else listed, documents),
-        picture(plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True),
+        picture(
+            plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True
+        ),
         exit=Exit.INCOMPLETE if frame is not None else Exit.ACCEPTED,
     )
 

@@ -17,7 +17,7 @@ from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_chart import golden_trends, in_doubt
-from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
+from accept.fleet.measurements import CHECKED, instrument_checks, measurements
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
@@ -44,11 +44,7 @@ def trend(
     """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
     with open_store() as store:
         of_instrument = quantity.startswith(CHECKED)
-        frame = (
-            instrument_checks(store, quantity.removeprefix(CHECKED))
-            if of_instrument
-            else measurements_of(store, quantity)
-        )
+        frame = instrument_checks(store, quantity.removeprefix(CHECKED)) if of_instrument else measurements(store)
         if baseline is not None:
             who = who_acts(operator)
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
@@ -79,7 +75,9 @@ def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     doubts = each.rows[trends.DOUBT].value_counts(sort=False).drop("", errors="ignore")
-    yield from (Remark(f"{each.name}: {n} units {words}; accept golden chart lists them") for words, n in doubts.items())
+    yield from (
+        Remark(f"{each.name}: {n} units {words}; accept golden chart lists them") for words, n in doubts.items()
+    )
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
 
@@ -112,7 +110,8 @@ def _index(document: Mapping[str, Any], name: str) -> str | None:
 def _stages(documents: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return a row for each revision of the limits of each group."""
     return pd.DataFrame(
-        {"group": document["group"], **{name: stage[name] for name in ("spec", "since", "until", "n", "lower", "upper")},
+        {"group": document["group"],
+         **{name: stage[name] for name in ("spec", "since", "until", "n", "lower", "upper")},
          **{name: stage["capability"] and _index(stage["capability"], name) for name in ("Cpk", "Ppk")}}
         for document in documents
         for stage in document["stages"]

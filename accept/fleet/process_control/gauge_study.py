@@ -18,8 +18,8 @@ POOLED_ABOVE = 0.25  # p of the interaction above which it is taken for repeatab
 STUDY_SIGMAS = 6.0  # width that holds 99.73 % of the readings ([AIAG-MSA] chapter II)
 GOOD, USABLE = 10.0, 30.0  # percent of the study or of the tolerance ([AIAG-MSA] chapter II)
 CATEGORIES = 5  # groups of parts that a gauge should tell apart ([AIAG-MSA] chapter II)
-# Of [AIAG-MSA] appendix C: mean range of so many repeats in sigmas, and, of a single range of so many operators or parts,
-# the root of its mean square (d2*): 1 / K1, 1 / K2 and 1 / K3 of the form for averages and ranges.
+# Of [AIAG-MSA] appendix C: mean range of so many repeats in sigmas, and, of a single range of so many operators or
+# parts, the root of its mean square (d2*): 1 / K1, 1 / K2 and 1 / K3 of the form for averages and ranges.
 _MEAN_RANGE = {2: 1.12838, 3: 1.69257, 4: 2.05875, 5: 2.32593, 6: 2.53441}
 _SINGLE_RANGE = (
     1.41421, 1.91155, 2.23887, 2.48124, 2.67253, 2.82981, 2.96288, 3.07794, 3.17905, 3.26909, 3.35016, 3.42378, 3.49116,

@@ -112,6 +112,8 @@ def same_places(place: Place | None, places: Mapping[str, Labels]) -> tuple[Plac
     if place is None:
         return ()
     of_place = places[place[0]] == place[1]
+    if of_place.all():
+        return ()
     firsts = ((column, str(labels[np.argmax(of_place)])) for column, labels in places.items() if column != place[0])
     return tuple((c, name) for c, name in firsts if name and np.array_equal(places[c] == name, of_place))
 
@@ -126,16 +128,19 @@ def _coincident(alarm: Alarm, x: Array, places: Mapping[str, Labels], sigma: flo
     size = alarm.last - alarm.first + 1
     around = np.arange(max(0, alarm.first - size), min(x.size, alarm.last + 1 + size))
     shown = (around >= alarm.first) & (around <= alarm.last)
-    kept = np.abs(x[around] - np.where(shown, np.median(x[around[shown]]), np.median(x[around[~shown]]))) <= GROSS_SIGMAS * sigma
+    kept = (
+        np.abs(x[around] - np.where(shown, np.median(x[around[shown]]), np.median(x[around[~shown]])))
+        <= GROSS_SIGMAS * sigma
+    )
     y, shown = x[around[kept]], shown[kept]
     for column, labels in places.items():
         names, counts = np.unique(labels[alarm.first : alarm.last + 1].astype(str), return_counts=True)
         name = str(names[np.argmax(counts)])
         of_place = labels == name
         inside = of_place[around[kept]]
-        if name and of_place[around].sum() == of_place.sum() < labels.size and inside.any() and not inside.all():
-            if _squares_of(y, inside) - _squares_of(y, shown) <= NEARLY * sigma**2:
-                return column, name
+        whole = of_place[around].sum() == of_place.sum() < labels.size and 0 < inside.sum() < inside.size
+        if name and whole and _squares_of(y, inside) - _squares_of(y, shown) <= NEARLY * sigma**2:
+            return column, name
     return None
 
 

@@ -76,7 +76,16 @@ def part_chart(values: Array, chance: float) -> PartChart:
     alarms = [_alarm(x, VALUE, i, i, mean, sigma, kept.size) for i in gross]
     alarms += [_alarm(x, SHIFT, first, last, mean, sigma, kept.size) for first, last in runs]
     return PartChart(
-        x, scores, sums, limit, good, mean, sigma, mean - half, mean + half, tuple(sorted(alarms, key=lambda a: a.first))
+        x,
+        scores,
+        sums,
+        limit,
+        good,
+        mean,
+        sigma,
+        mean - half,
+        mean + half,
+        tuple(sorted(alarms, key=lambda a: a.first)),
     )
 
 

@@ -3,7 +3,13 @@
 import datetime
 from collections import defaultdict
 
+import numpy as np
+import pandas as pd
+
+from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.golden import name_golden
+from accept.fleet.measurements import COLUMNS, CONCEDED, VOIDED
+from accept.fleet.measurements import GOLDEN as GOLDEN_COLUMN
 from accept.store import NewEvent, Store
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.thirteen_weeks import Quarter
@@ -27,6 +33,29 @@ def fill(store: Store, drawn: Quarter) -> None:
 
 def event(serial: str, values: dict[str, float], bench: str, lot: str | None, day: datetime.date) -> NewEvent:
     renamed = {NAMES.get(name, name): value for name, value in values.items()}
-    # The stiffness of the quarter is that of another strut than the limits of `judgements` are for.
-    renamed["k_closed_N_per_um"] += 1.4
-    return judgement(serial, renamed, bench, lot, day)
+    made = judgement(serial, renamed, bench, lot, day)
+    # The limits of `judgements` are for the stiffness of another strut: this one is not judged by them.
+    for finding in made.payload["result"]["findings"]:
+        if finding["quantity"] == "k_closed_N_per_um":
+            finding |= {"lower": None, "upper": None, "verdict": "pass", "reason": None}
+    verdicts = {finding["verdict"] for finding in made.payload["result"]["findings"]}
+    made.payload["result"]["verdict"] = "rejected" if "fail" in verdicts else "accepted"
+    return made
+
+
+def frame_of(drawn: Quarter) -> pd.DataFrame:
+    """Return a quarter as `measurements` does, without a store: 200 of them are asked about."""
+    rows = [
+        {
+            **dict.fromkeys(COLUMNS, NOT_STATED),
+            "seq": n, "batch": n, "place": 0, "time": unit.day, "measured": unit.day, "operator": unit.operator,
+            "bench": unit.meter, "instrument": unit.gauge, "lot": unit.lot, "serial": unit.serial, "kind": "apa",
+            "attempt": 1, "unit_verdict": "accepted", "spec": "apa", "held_by": "", VOIDED: "", CONCEDED: "",
+            "simulated": False, GOLDEN_COLUMN: False, "typed": True, "check": name, "quantity": name, "value": value,
+            "unit": "um", "U": 1.0, "lower": 0.0, "upper": np.nan, "verdict": "pass", "reason": "", "required": True,
+        }
+        for n, unit in enumerate(drawn.units)
+        for name, value in unit.values.items()
+    ]  # fmt: skip
+    frame = pd.DataFrame(rows, columns=COLUMNS)
+    return frame.assign(**{name: pd.to_datetime(frame[name], utc=True) for name in ("time", "measured")})

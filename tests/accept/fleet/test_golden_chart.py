@@ -1,4 +1,4 @@
-"""The chart of a golden unit by command: a drift that two stated uncertainties let pass, and what was judged meanwhile."""
+"""The chart of a golden unit by command: a drift that two stated uncertainties let pass, and the units meanwhile."""
 
 import datetime
 import json
@@ -24,8 +24,8 @@ def day(n: int) -> datetime.date:
 
 @pytest.fixture(autouse=True)
 def drifted():
-    """Sixty days, the golden unit at the start of each: repeatability 0.3 um; from day 30 on 0.1 um more each day, to day
-    45; two benches, the other one is as it was."""
+    """Sixty days, the golden unit at the start of each: repeatability 0.3 um; from day 30 on 0.1 um more each day,
+    to day 45; two benches, the other one is as it was."""
     rng = np.random.default_rng(5)
     with open_store() as store:
         for n in range(60):
@@ -40,7 +40,9 @@ def drifted():
 
 
 def test_it_finds_the_drift_its_end_and_the_units_in_between(tmp_path):
-    done = accept("golden", "chart", "--json", tmp_path / "c", "--csv", tmp_path / "u.csv", "--plot", tmp_path / "c.svg")
+    done = accept(
+        "golden", "chart", "--json", tmp_path / "c", "--csv", tmp_path / "u.csv", "--plot", tmp_path / "c.svg"
+    )
     assert done.exit_code == 4, done.output
     charts = {each["quantity"]: each for each in json.loads((tmp_path / "c").read_text())}
     assert charts["sensor_uF"]["alarms"] == []

@@ -14,7 +14,7 @@ from tests.shared.command_line import accept
 
 @pytest.fixture
 def values():
-    """A hundred units; from the 60th on the lower limit is 345 um, and the gauge another one, which reads 15 um more."""
+    """A hundred units; from the 60th on the lower limit is 345 um, and another gauge reads 15 um more."""
     x = 360.0 + 4.0 * np.random.default_rng(2).standard_normal(100)
     x[60:] += 15.0
     with open_store() as store:

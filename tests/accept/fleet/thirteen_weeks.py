@@ -1,8 +1,9 @@
 """A quarter of 520 units with planted faults, drawn from the description of one and from nothing of accept.
 
-Written before the fleet's rules were read, and it imports none of them: what it plants is what quarters have in them, not what a
-rule is good at. Thirteen weeks from Monday 2026-07-06, ten units a day from Monday to Thursday, typed values. Ann works with the
-gauge G-77 and the meter LCR-1 (reads 0.001 uF), Ben with G-78 and LCR-2. A golden unit is measured on G-77 each Monday.
+Written before the fleet's rules were read, and it imports none of them: what it plants is what quarters have in them, not what
+a rule is good at. Thirteen weeks from Monday 2026-07-06, ten units a day from Monday to Thursday, typed values.
+Ann works with the gauge G-77 and the meter LCR-1 (reads 0.001 uF), Ben with G-78 and LCR-2. A golden unit is
+measured on G-77 each Monday.
 
 `quarter(seed)` is quiet: nothing but scatter. `quarter(seed, *FAULTS)` has every fault; each can be planted alone.
 """
@@ -48,7 +49,9 @@ class Unit:
 class Quarter:
     units: list[Unit]
     golden: list[tuple[date, dict[str, float]]]
-    planted: dict[str, list[str]] = field(default_factory=dict)  # serials by fault; of a transposition "serial quantity"
+    planted: dict[str, list[str]] = field(
+        default_factory=dict
+    )  # serials by fault; of a transposition "serial quantity"
 
 
 def gauge_drift(day: date) -> float:
@@ -82,7 +85,9 @@ def _draw(rng: np.random.Generator, lots: bool, stacks: bool) -> dict[str, float
     }
 
 
-def _read(true: dict[str, float], day: date, operator: str, faults: frozenset[str], rng: np.random.Generator) -> dict[str, float]:
+def _read(
+    true: dict[str, float], day: date, operator: str, faults: frozenset[str], rng: np.random.Generator
+) -> dict[str, float]:
     """Read a unit with the gauge and meter of `operator`, and type it in."""
     ben = operator == "Ben"
     drift = gauge_drift(day) if "drift" in faults and not ben else 0.0
@@ -122,7 +127,15 @@ def quarter(seed: int, *planted: str) -> Quarter:
             if "drift" in faults and operator == "Ann" and gauge_drift(day) > 0:
                 where["drift"].append(serial)
             units.append(
-                Unit(serial, day, operator, "G-77" if operator == "Ann" else "G-78", "LCR-1" if operator == "Ann" else "LCR-2", lot, values)
+                Unit(
+                    serial,
+                    day,
+                    operator,
+                    "G-77" if operator == "Ann" else "G-78",
+                    "LCR-1" if operator == "Ann" else "LCR-2",
+                    lot,
+                    values,
+                )
             )
     golden = _golden(faults, np.random.default_rng([seed, 1]))
     if "transposed" in faults:
@@ -140,7 +153,7 @@ def _golden(faults: Iterable[str], rng: np.random.Generator) -> list[tuple[date,
 def _transpose_five(units: list[Unit], rng: np.random.Generator) -> list[str]:
     """Exchange two digits of five values of Ann's, as happened: two strokes, a stiffness, both stacks.
 
-    The places are those of the quarter: 363.2 -> 336.2, 364.5 -> 634.5, 1.755 -> 7.155 by the first digit or 1.575 by the second,
+    The places are those of the quarter: 363.2 -> 336.2, 364.5 -> 634.5, 1.755 -> 1.575,
     4.827 -> 4.287, 9.521 -> 9.251. An exchange that leaves the value as it was is no fault: another unit is taken.
     """
     typed = []

@@ -63,7 +63,13 @@ def test_the_published_form_of_averages_and_ranges():
     the range of the appraisers to 0.4446 (0.44467: 1.5e-4) and its constants to four digits (K2 0.5231: 0.8e-4): 2.3e-4
     together."""
     found = averages_and_ranges(AIAG)
-    printed = {"repeatability": 0.20188, "reproducibility": 0.22963, "gauge": 0.30575, "parts": 1.10456, "total": 1.14610}
+    printed = {
+        "repeatability": 0.20188,
+        "reproducibility": 0.22963,
+        "gauge": 0.30575,
+        "parts": 1.10456,
+        "total": 1.14610,
+    }
     assert found == pytest.approx(printed, rel=2.5e-4)
 
 

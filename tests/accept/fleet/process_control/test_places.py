@@ -79,7 +79,8 @@ def test_two_places_that_changed_are_two_alarms():
 
 
 def every_factor(rng: np.random.Generator, n: int) -> dict[str, np.ndarray]:
-    """What a quarter has: benches in turn, operators and suppliers as it comes, lots of 40, shifts of 20, and a meter and
+    """What a quarter has: benches in turn, operators and suppliers as it comes, lots of 40, shifts of 20, and a meter
+    and
     a spec that were changed once."""
     i = np.arange(n)
     once = [np.where(i < n * rng.uniform(0.3, 0.7), f"{name}1", f"{name}2").astype(object) for name in "ms"]

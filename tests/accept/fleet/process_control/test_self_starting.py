@@ -58,7 +58,9 @@ def test_a_drift_of_a_gauge_is_found_if_the_unit_is_measured_each_shift(before, 
     rng, found = np.random.default_rng(7), 0
     for _ in range(100):
         x, off = drifting(rng, before, a_week)
-        found += any(a.rule == SHIFT and off[a.first : a.last + 1].mean() > 0.6 for a in part_chart(x, CHANCE / 5).alarms)
+        found += any(
+            a.rule == SHIFT and off[a.first : a.last + 1].mean() > 0.6 for a in part_chart(x, CHANCE / 5).alarms
+        )
     assert least <= found / 100 <= most
 
 
