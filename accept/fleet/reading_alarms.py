@@ -59,8 +59,8 @@ def mixture(
     explained = f"; {by} tells them apart" if by else "; no bench, meter, operator, lot or spec tells them apart"
     words = (
         f"the values have two populations, {low:.4g} and {high:.4g} {unit} ({100 * found.upper_share:.0f} % in the "
-        f"upper one), {(found.means[1] - found.means[0]) / found.sigma:.1f} of their standard deviations apart{explained}; "
-        f"log likelihood ratio {found.ratio / 2.0:.0f}, of one population above 10 in less than 1 of 1000"
+        f"upper one), {(found.means[1] - found.means[0]) / found.sigma:.1f} of their standard deviations apart"
+        f"{explained}; log likelihood ratio {found.ratio / 2.0:.0f}, of one population above 10 in less than 1 of 1000"
     )
     return by, Alarm(MIXTURE, 0, values.size - 1, None, high - low, 0.0, values.size, evidence=words)
 
@@ -132,7 +132,7 @@ def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, tuple[float, 
         }
         off, wrong = min(swaps, default=(np.inf, ""))
         if off > AGREES:
-            wrong = str(table.columns[int(np.nanargmax(np.abs(rest[i]) / sigmas[i]))])
+            wrong = str(list(table)[int(np.nanargmax(np.abs(rest[i]) / sigmas[i]))])
         if wrong != quantity:
             continue
         q, value = list(table).index(quantity), float(table[quantity].iloc[i])

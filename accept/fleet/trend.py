@@ -55,7 +55,7 @@ class StoredBaseline:
 
 
 @dataclass(frozen=True)
-class Stage:
+class LimitStage:
     """The units that one revision of the limits judged, from their first to their last day; spec: by which;
     capability: None for too few, or without limits."""
 
@@ -84,7 +84,7 @@ class Trend:
     chart: Chart | None
     alarms: tuple[Alarm, ...]
     capability: Capability | None
-    stages: tuple[Stage, ...]
+    stages: tuple[LimitStage, ...]
     baseline: StoredBaseline | None
     false_alarms: float
     scale: str
@@ -165,7 +165,7 @@ def _trend(
     found = _with_unlike(found, rows["serial"].astype(object).tolist(), unlike)
     placed = (replace(alarm, same=same_places(alarm.place, everywhere)) for alarm in found)
     alarms = tuple(sorted(placed, key=lambda a: (a.first, a.rule)))
-    limits, stages = rows[["lower", "upper"]].drop_duplicates(), tuple[Stage, ...]()
+    limits, stages = rows[["lower", "upper"]].drop_duplicates(), tuple[LimitStage, ...]()
     if equal.any():
         why.append(f"no capability: {equal.sum()} of {equal.size} values are runs of equal ones, not a spread")
     elif len(limits) > 1:
@@ -199,14 +199,14 @@ def _with_unlike(
     ]
 
 
-def _stage(rows: pd.DataFrame) -> Stage:
+def _stage(rows: pd.DataFrame) -> LimitStage:
     lower, upper = (None if np.isnan(v) else float(v) for v in rows[["lower", "upper"]].iloc[0])
     try:
         made = capability(rows["value"].to_numpy(), lower, upper)
     except ValueError:
         made = None
     since, until = (f"{rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
-    return Stage(since, until, ", ".join(sorted(set(rows["spec"]))), len(rows), lower, upper, made)
+    return LimitStage(since, until, ", ".join(sorted(set(rows["spec"]))), len(rows), lower, upper, made)
 
 
 def _alarms(made: Chart | None, compared: NDArray[np.intp], runs: Sequence[EqualRun], values: Array) -> list[Alarm]:

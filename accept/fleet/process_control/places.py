@@ -120,10 +120,10 @@ def same_places(place: Place | None, places: Mapping[str, Labels]) -> tuple[Plac
 
 def _coincident(alarm: Alarm, x: Array, places: Mapping[str, Labels], sigma: float) -> Place | None:
     """Return the place that the values of a shift have in common and others do not: the lot that began and ended with
-    it, as exactly as its values show where that is.
+    it, within the uncertainty of the beginning and the end.
 
-    A level for the values of the place must describe x nearly as well as one for those of the alarm, over as many
-    values again on both sides: 2 log likelihood ratio at most `NEARLY`.
+    A level for the place must describe x nearly as well as one for the alarm, with as many values again on both sides:
+    2 log likelihood ratio at most `NEARLY`.
     """
     size = alarm.last - alarm.first + 1
     around = np.arange(max(0, alarm.first - size), min(x.size, alarm.last + 1 + size))

@@ -72,7 +72,7 @@ def part_chart(values: Array, chance: float) -> PartChart:
     kept = x[good]
     mean, sigma = float(kept.mean()), float(kept.std(ddof=1)) if kept.size > 1 else 0.0
     half = single * sigma
-    gross = [i for i in np.flatnonzero(~good) if not any(a <= i <= b for a, b in runs)]
+    gross = [int(i) for i in np.flatnonzero(~good) if not any(a <= i <= b for a, b in runs)]
     alarms = [_alarm(x, VALUE, i, i, mean, sigma, kept.size) for i in gross]
     alarms += [_alarm(x, SHIFT, first, last, mean, sigma, kept.size) for first, last in runs]
     return PartChart(
