@@ -1,8 +1,8 @@
 """A quarter of 520 units with planted faults, drawn from the description of one and from nothing of accept.
 
 Written before the fleet's rules were read, and it imports none of them: what it plants is what quarters have in them,
-not what a rule is good at. Thirteen weeks from Monday 2026-07-06, ten units a day from Monday to Thursday, typed values.
-Ann works with the gauge G-77 and the meter LCR-1 (reads 0.001 uF), Ben with G-78 and LCR-2. A golden unit is
+not what a rule is good at. Thirteen weeks from Monday 2026-07-06, ten units a day from Monday to Thursday, typed
+values. Ann works with the gauge G-77 and the meter LCR-1 (reads 0.001 uF), Ben with G-78 and LCR-2. A golden unit is
 measured on G-77 each Monday.
 
 `quarter(seed)` is quiet: nothing but scatter. `quarter(seed, *FAULTS)` has every fault; each can be planted alone.
