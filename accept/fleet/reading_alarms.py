@@ -122,7 +122,7 @@ def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, tuple[float, 
     units = np.flatnonzero((np.abs(rest) > limit * sigmas).any(axis=1))
     steps = {name: step_of(table[name].dropna().to_numpy()) for name in table} if units.size else {}
     found = {}
-    for i in units:
+    for i in units.tolist():
         at = y[i] - rest[i]
         swaps = {
             (abs(float(to_scale(np.array(swap), scales[name])) - at[q]) / sigmas[i, q], name): swap
