@@ -64,7 +64,7 @@ def test_what_is_below_what_can_be_found():
 
 def test_quiet_quarters_are_quiet():
     """Of five charts each rings in 2 % by values and shifts and in 2 % by equal values, as the docs state, so a quarter
-    of five in at most 20 %, of 60 simulated in 13 %; two populations and contradicted values beside them in less than
+    of five in at most 20 %, of 200 simulated in 15 %; two populations and contradicted values beside them in less than
     2 % of quarters."""
     count = 200 if SOAK else 8
     rang, beside = 0, Counter[str]()
