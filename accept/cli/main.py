@@ -39,6 +39,11 @@ BENCH: dict[str, Command | Group] = {
         name=Command("fleet.bench_health:golden_name", "Make a judged unit a golden one.", ("serial",)),
         list=Command("fleet.bench_health:golden_list", "List the golden units with their references."),
         check=Command("fleet.bench_health:golden_check", "Compare golden units with their references."),
+        chart=Command(
+            "fleet.bench_health:golden_charts",
+            "Show the chart of each golden unit, with limits of its own repeatability.",
+            ("serial",),
+        ),
         resolve=Command("fleet.bench_health:golden_resolve", "Let a stopped bench judge again."),
         retire=Command("fleet.bench_health:golden_retire", "Make a golden unit an ordinary one.", ("serial",)),
     ),

@@ -44,7 +44,7 @@ NO_TIME = np.iinfo(np.int64).min  # NaT of numpy
 
 TEXT, NUMBER, WHOLE, TIME, TRUTH = "i", "d", "q", "q", "b"  # types of `array`; a text is the number of its word
 TEXTS_OF_A_JUDGEMENT = ("operator", "bench", *OF_ORIGIN, "serial", "kind", "unit_verdict", "spec", "held_by")
-TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason")
+TEXTS_OF_A_FINDING = ("check", "quantity", "unit", "verdict", "reason", "instrument")
 TEXTS = (*TEXTS_OF_A_JUDGEMENT, *TEXTS_OF_A_FINDING)
 OF_A_JUDGEMENT = {
     "seq": WHOLE, "time": TIME, "batch": WHOLE, "place": WHOLE, "attempt": WHOLE, "findings": WHOLE, "simulated": TRUTH,
@@ -99,6 +99,7 @@ class FindingsTable:
             spec=listed_name(event.spec), held_by=_held_by(result),
         )  # fmt: skip
         days = {check: _microseconds(day) for check, day in result.measured.items()}
+        meters = _instruments(result)
         as_stated = ("check", "quantity", "unit", "reason", "value", "U", "lower", "upper")
         for finding in result.findings:
             self._put(
@@ -106,6 +107,7 @@ class FindingsTable:
                 verdict=str(finding.verdict),
                 required=getattr(finding, "required", None) is not False,
                 measured=days.get(finding.check, NO_TIME),
+                instrument=meters.get(finding.check, NOT_STATED),
             )
 
     def _put(self, **row: Any) -> None:
@@ -172,6 +174,14 @@ def bench_of(result: UnitRecord) -> str:
     """Return the name of the bench file that a result was judged with."""
     calibration = result.calibration or {}
     return str(calibration.get("bench") or NOT_STATED)
+
+
+def _instruments(result: UnitRecord) -> dict[str, str]:
+    """Return check -> the instruments that it was measured with, by their serial numbers."""
+    found = dict[str, list[str]]()
+    for row in (result.calibration or {}).get("instruments") or ():
+        found.setdefault(str(row.get("check")), []).append(str(row.get("serial") or row.get("name")))
+    return {check: " and ".join(sorted(set(names))) for check, names in found.items()}
 
 
 def _held_by(result: UnitRecord) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 
 from accept.fleet.errors import FleetError, statistics
 from accept.fleet.process_control.gauge_bias import BiasStudy, LinearityStudy, bias_study, linearity_study
-from accept.fleet.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, gauge_study
+from accept.fleet.process_control.gauge_study import STUDY_SIGMAS, GaugeStudy, averages_and_ranges, gauge_study
 from accept.fleet.yields import bars, row_panel
 from checks.arrays import Array
 from checks.errors import RecordError
@@ -89,12 +89,14 @@ def study(frame: pd.DataFrame) -> GaugeStudy:
         return gauge_study(crossed(frame))
 
 
-def document(found: GaugeStudy, tolerance: float | None, readings: int) -> dict[str, Any]:
-    """Return a study as a document: table of variances, components, shares, categories, verdict, and U (k = 2) of one
-    measurement by any operator, which a spec may state for typed values; systematic contributions add to it."""
+def document(found: GaugeStudy, tolerance: float | None, frame: pd.DataFrame) -> dict[str, Any]:
+    """Return the study of a table as a document: table of variances, components, shares, categories, verdict, and U
+    (k = 2) of one measurement by any operator, which a spec may state for typed values; systematic contributions add to
+    it. averages_and_ranges: components by that method, null if the study is too large for it."""
     total = found.components["total"].sigma
     return {
-        "readings": readings,
+        "readings": len(frame),
+        "averages_and_ranges": averages_and_ranges(crossed(frame)),
         "table": [
             {"source": name, "degrees": row.degrees, "squares": row.squares, "mean_square": row.mean_square,
              "F": row.F if row.F is None or np.isfinite(row.F) else None, "p": row.p}

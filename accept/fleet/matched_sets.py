@@ -11,7 +11,8 @@ import pandas as pd
 from accept.fleet.errors import FleetError, statistics
 from accept.fleet.measurements import GOLDEN, in_order_of_measurement, is_between, latest
 from accept.fleet.process_control.matching import MatchedSets, ideal_replacement, match
-from accept.fleet.trend import equal_values, whose
+from accept.fleet.reading_alarms import equal_values
+from accept.fleet.trend import whose
 from checks.arrays import Array
 from specs.files import read_bounded
 

@@ -36,6 +36,7 @@ COLUMNS_OF_A_JUDGEMENT = [
 ]  # fmt: skip
 COLUMNS_OF_A_FINDING = [
     "check", "quantity", "value", "unit", "U", "lower", "upper", "verdict", "reason", "required", "measured",
+    "instrument",
 ]  # fmt: skip
 COLUMNS = [*COLUMNS_OF_A_JUDGEMENT, *COLUMNS_OF_A_FINDING]
 TIMES = ("time", "measured")

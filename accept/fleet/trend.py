@@ -18,6 +18,7 @@ from accept.fleet.process_control.control_chart import (
     LEAST,
     NELSON,
     SHIFT,
+    UNLIKE,
     VALUE,
     Alarm,
     Baseline,
@@ -25,9 +26,10 @@ from accept.fleet.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
 )
-from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place, equal_runs
-from accept.fleet.process_control.places import chart_by_place
+from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place
+from accept.fleet.process_control.places import chart_by_place, same_places
 from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
+from accept.fleet.reading_alarms import METERS, PLACES, coarse_meters, equal_values, labels_of, mixture, unlike_values
 from accept.pictures.labels import label_of
 from accept.store import Store
 from accept.store.payloads import BaselineSet
@@ -35,7 +37,8 @@ from checks.arrays import Array
 from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
 
-PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may be confined to
+WORDS_OF_PLACES = {"bench": "at", "operator": "by", "instrument": "with"}
+DOUBT = "doubt"  # column, if there is one: why the bench was in doubt, as `golden_chart.in_doubt` says
 
 
 @dataclass(frozen=True)
@@ -51,12 +54,27 @@ class StoredBaseline:
         return Baseline(self.stated.mean, self.stated.sigma, self.stated.n, self.stated.left_out)
 
 
+@dataclass(frozen=True)
+class LimitStage:
+    """The units that one revision of the limits judged, from their first to their last day; spec: by which;
+    capability: None for too few, or without limits."""
+
+    since: str
+    until: str
+    spec: str
+    n: int
+    lower: float | None
+    upper: float | None
+    capability: Capability | None
+
+
 @dataclass(frozen=True, eq=False)
 class Trend:
     """One group. rows: first attempts in the order of measurement; compared (K,): indices of those that the chart
     compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
-    and `why` then; alarms: of the chart and of equal values, by the indices of rows; baseline: the stored one, if there
-    is one; scale: on which the values are compared (`accept.fleet.process_control.scale`)."""
+    and `why` then; alarms: of the chart and of equal values, by the indices of rows; stages: of the
+    limits, if they changed; baseline: the stored one, if there is one; scale: on which the values are compared
+    (`accept.fleet.process_control.scale`)."""
 
     name: str
     quantity: str
@@ -66,6 +84,7 @@ class Trend:
     chart: Chart | None
     alarms: tuple[Alarm, ...]
     capability: Capability | None
+    stages: tuple[LimitStage, ...]
     baseline: StoredBaseline | None
     false_alarms: float
     scale: str
@@ -91,13 +110,20 @@ def trends(
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
     ordered = in_order_of_measurement(first)
+    others = frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)]
+    unlike = unlike_values(others, quantity) if others["quantity"].nunique() > 1 else {}
     parts = [("all", ordered)] if by == "all" else ordered.groupby(by, observed=True)
     groups, known = ((str(name), rows) for name, rows in parts), baselines or {}
-    return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules))) for name, rows in groups]
+    return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules)), unlike) for name, rows in groups]
 
 
 def _trend(
-    name: str, quantity: str, rows: pd.DataFrame, baseline: StoredBaseline | None, nelson_rules: tuple[int, ...]
+    name: str,
+    quantity: str,
+    rows: pd.DataFrame,
+    baseline: StoredBaseline | None,
+    nelson_rules: tuple[int, ...],
+    unlike: Mapping[str, tuple[float, float, str]],
 ) -> Trend:
     units = rows["unit"].unique()
     if len(units) > 1:
@@ -117,7 +143,7 @@ def _trend(
     if equal.any():
         why.append(f"{equal.sum()} equal values are not used for the limits")
     if values.size >= LEAST or (baseline is not None and values.size):
-        labels = {column: of[compared] for column, of in _labels(rows).items()}
+        labels = {column: of[compared] for column, of in labels_of(rows).items()}
         process, of_places = baseline.process if baseline else None, _baselines_of_places(before, scale)
         control = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
         control = as_measured(control, values, scale)
@@ -126,12 +152,25 @@ def _trend(
         why.append(f"no unit since the baseline ended on {baseline.stated.until}")
     else:
         why.append(f"{values.size} values: a control chart needs {LEAST}")
-    alarms = _alarms(control, compared, runs, rows["value"].to_numpy())
-    limits = rows[["lower", "upper"]].drop_duplicates()
+    found, everywhere = _alarms(control, compared, runs, rows["value"].to_numpy()), labels_of(rows)
+    if control is not None:
+        of_compared = {column: of[compared] for column, of in everywhere.items()}
+        why += coarse_meters(values, of_compared, str(units[0]))
+        if mixed := mixture(values, control.level, scale, of_compared, str(units[0])):
+            by, alarm = mixed
+            if by in METERS:  # two meters that differ are two charts, no alarm
+                why.append(alarm.evidence)
+            else:
+                found.append(replace(alarm, first=int(compared[0]), last=int(compared[-1])))
+    found = _with_unlike(found, rows["serial"].astype(object).tolist(), unlike)
+    placed = (replace(alarm, same=same_places(alarm.place, everywhere)) for alarm in found)
+    alarms = tuple(sorted(placed, key=lambda a: (a.first, a.rule)))
+    limits, stages = rows[["lower", "upper"]].drop_duplicates(), tuple[LimitStage, ...]()
     if equal.any():
         why.append(f"no capability: {equal.sum()} of {equal.size} values are runs of equal ones, not a spread")
     elif len(limits) > 1:
         why.append("the limits changed: no capability over both")
+        stages = tuple(_stage(part) for _, part in rows.groupby(["lower", "upper"], sort=False, dropna=False))
     elif len(limits):
         lower, upper = (None if np.isnan(v) else float(v) for v in limits.iloc[0])
         try:
@@ -140,23 +179,37 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, alarms)
-    return Trend(name, quantity, str(units[0]), rows, compared, control, alarms, cap, baseline, rate, scale, tuple(why))
+    return Trend(
+        name, quantity, str(units[0]), rows, compared, control, alarms, cap, stages, baseline, rate, scale, tuple(why)
+    )
 
 
-def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
-    """Return the runs of equal values among rows of one quantity in the order of measurement, by their positions."""
-    return equal_runs(rows["value"].to_numpy(), _labels(rows))
+def _with_unlike(
+    found: list[Alarm], serials: Sequence[str], unlike: Mapping[str, tuple[float, float, str]]
+) -> list[Alarm]:
+    """Return alarms with those of values that are unlike the others of their unit; a value that is gross as well has
+    one alarm."""
+    at = {serial: i for i, serial in enumerate(serials) if serial in unlike}
+    gross = {alarm.first for alarm in found if alarm.rule == VALUE}
+    evidence = {i: unlike[serial][2] for serial, i in at.items()}
+    found = [replace(a, evidence=evidence.get(a.first, "")) if a.rule == VALUE else a for a in found]
+    more = ((i, *unlike[serial]) for serial, i in at.items() if i not in gross)
+    return found + [
+        Alarm(UNLIKE, i, i, "up" if size > 0 else "down", size, U, 1, evidence=words) for i, size, U, words in more
+    ]
 
 
-def _labels(rows: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
-    """Return place -> label of each row, "" for one that is not stated."""
-    known = [column for column in PLACES if column in rows]
-    return {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in known}
+def _stage(rows: pd.DataFrame) -> LimitStage:
+    lower, upper = (None if np.isnan(v) else float(v) for v in rows[["lower", "upper"]].iloc[0])
+    try:
+        made = capability(rows["value"].to_numpy(), lower, upper)
+    except ValueError:
+        made = None
+    since, until = (f"{rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
+    return LimitStage(since, until, ", ".join(sorted(set(rows["spec"]))), len(rows), lower, upper, made)
 
 
-def _alarms(
-    made: Chart | None, compared: NDArray[np.intp], runs: Sequence[EqualRun], values: Array
-) -> tuple[Alarm, ...]:
+def _alarms(made: Chart | None, compared: NDArray[np.intp], runs: Sequence[EqualRun], values: Array) -> list[Alarm]:
     """Return the alarms of a chart and of runs of equal values, by the indices of all values (N,)."""
     found = [
         replace(a, first=int(compared[a.first]), last=int(compared[a.last]), units=a.units or a.last - a.first + 1)
@@ -166,7 +219,7 @@ def _alarms(
         size = float(values[run.at[0]] - (made.baseline.mean if made else values.mean()))
         ends = int(run.at[0]), int(run.at[-1])
         found.append(Alarm(EQUAL, *ends, None, size, 0.0, run.at.size, run.place, run.usual))
-    return tuple(sorted(found, key=lambda a: (a.first, a.rule)))
+    return found
 
 
 def _baselines_of_places(before: pd.DataFrame, scale: str) -> dict[Place, Baseline]:
@@ -202,18 +255,21 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
     size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {trend.unit}"
     since = f"{first['day']:%Y-%m-%d}"
     shown = f"{units} ({alarm.units} units, since {since})"
-    where = whose(alarm.place, ", only")
+    same = f" (the same units: {', '.join(map(' '.join, alarm.same))})" if alarm.same else ""
+    where = whose(alarm.place, ", only") + same
     match alarm.rule:
         case "equal":
             value = f"{first['value']:g} {trend.unit}"
             return (
-                f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}; "
+                f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}{same}; "
                 f"measured ones show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a "
                 "number copied, did a reading stand still, or are the steps of the meter too coarse?"
             )
+        case "two populations" | "unlike":
+            return f"{units} ({since}): {alarm.evidence}"
         case "value":
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
-            return f"{units} ({since}{there}): {size} from the mean"
+            return f"{units} ({since}{there}): {size} from the mean{alarm.evidence and f'; {alarm.evidence}'}"
         case "shift":
             return f"{shown}: the mean moved {alarm.direction} by {size}{where}"
         case "drift":
@@ -227,7 +283,7 @@ def whose(place: Place | None, only: str = "") -> str:
     if place is None:
         return ""
     column, name = place
-    return f"{only} {'at' if column == 'bench' else 'by' if column == 'operator' else 'of'} {column} {name}"
+    return f"{only} {WORDS_OF_PLACES.get(column, 'of')} {column} {name}"
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
@@ -264,11 +320,6 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
     """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and, if asked for, points
     in order."""
     cap = t.capability
-    indices: dict[str, Any] = {}
-    for name in ("Cp", "Cpk", "Pp", "Ppk"):
-        index: Index | None = getattr(cap, name) if cap else None
-        value, lo, hi = (index.value, index.lo, index.hi) if index else (None, None, None)
-        indices |= {name: value, f"{name}_lo": lo, f"{name}_hi": hi}
     fitted = cap.percentiles if cap else None
     return {
         "group": t.name,
@@ -277,7 +328,10 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "mean": float(t.rows["value"].mean()) if len(t.rows) else None,
         "sigma_within": cap.sigma_within if cap else None,
         "sigma_overall": cap.sigma_overall if cap else None,
-        **indices,
+        **_indices(cap),
+        "stages": [
+            {**vars(stage), "capability": stage.capability and _indices(stage.capability)} for stage in t.stages
+        ],
         "in_control": t.chart is not None and not t.alarms,
         "normal": cap.normal if cap else None,
         "p_normal": cap.p_normal if cap else None,
@@ -290,6 +344,16 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "cautions": list(t.why),
         "points": _points(t.rows) if points else [],
     }
+
+
+def _indices(cap: Capability | None) -> dict[str, float | None]:
+    """Return the indices with the ends of their intervals."""
+    indices: dict[str, float | None] = {}
+    for name in ("Cp", "Cpk", "Pp", "Ppk"):
+        index: Index | None = getattr(cap, name) if cap else None
+        value, lo, hi = (index.value, index.lo, index.hi) if index else (None, None, None)
+        indices |= {name: value, f"{name}_lo": lo, f"{name}_hi": hi}
+    return indices
 
 
 def _baseline_document(t: Trend) -> dict[str, Any] | None:
@@ -346,6 +410,8 @@ def chart_panels(trend: Trend) -> list[Panel]:
     items: list[Line | Mark] = [Line(x[trend.compared], values[trend.compared], "value", "points", "data")]
     if aside.size:
         items.append(Line(x[aside], values[aside], "equal values in a row", "points", "bad"))
+    if DOUBT in trend.rows and (off := np.flatnonzero(trend.rows[DOUBT] != "")).size:
+        items.append(Line(x[off], values[off], "judged while a golden unit was off", "points", "auto"))
     if (control := trend.chart) is not None:
         at = x[trend.compared]
         items += [

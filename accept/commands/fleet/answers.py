@@ -37,6 +37,7 @@ TITLES = {  # on the terminal; files keep the names of the columns
     "percent_of_variance": "% of variance",
     "percent_of_tolerance": "% of tolerance",
     "mean_square": "mean square",
+    "by_ranges": "by averages and ranges",
 }
 
 

@@ -16,10 +16,10 @@ from accept.commands.fleet.answers import chosen, files, rows
 from accept.commands.fleet.options import ExpectedGolden, GaugeOptions, JudgementFilter, Outputs
 from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer, who_acts
-from accept.fleet import gauge, golden
+from accept.fleet import gauge, golden, golden_chart
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import counted, measurements_of, of_quantity
+from accept.fleet.measurements import counted, measurements, measurements_of, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.store import open_store
@@ -59,15 +59,17 @@ def gauge_study(
             raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")
         frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
     found = gauge.study(frame)
-    document = gauge.document(found, wanted.tolerance, len(frame))
+    document = gauge.document(found, wanted.tolerance, frame)
     components = pd.DataFrame(document["components"])
+    by_ranges = document["averages_and_ranges"]
+    shown = components if by_ranges is None else components.assign(by_ranges=components["source"].map(by_ranges))
     percents = dict.fromkeys(("percent_of_study", "percent_of_variance", "percent_of_tolerance"), "{:.1f}")
     pooled = "not significant, pooled with the repeats" if found.pooled else "significant"
     of_tolerance = "" if wanted.tolerance is None else f", {document['percent_of_tolerance']:.1f} % of the tolerance"
     of = f"source = 'gauge study of {len(frame)} readings'"
     return Answer(
         rows(pd.DataFrame(document["table"]), "analysis of variance", dict.fromkeys(("F", "p"), "{:.4g}")),
-        rows(components, "gauge study, crossed: standard deviations with their 95 % intervals", percents),
+        rows(shown, "gauge study, crossed: standard deviations with their 95 % intervals", percents),
         f"operators x parts: {pooled} (p = {found.table['interaction'].p:.3g})",
         f"distinct categories: {found.distinct_categories} ({CATEGORIES} or more are wanted)",
         f"gauge R&R: {found.percent_of_study:.1f} % of the study{of_tolerance}",
@@ -185,6 +187,41 @@ def golden_list(json: JsonAnswer = None) -> Answer:
 
 
 @command
+def golden_charts(
+    serial: Annotated[str | None, Argument(help="Serial of a golden unit; all without it.")] = None,
+    quantity: Annotated[str | None, Option(help="Only this quantity.")] = None,
+    plot: Plot = None,
+    *,
+    outputs: Outputs,
+) -> Answer:
+    """Show the chart of each golden unit, with limits of its own repeatability. What was judged since its last good
+    day; exit 4 at an alarm."""
+    with open_store() as store:
+        charts = golden_chart.golden_trends(store, serial, quantity)
+        named = sorted(golden.goldens(store))
+        frame = measurements(store) if any(each.chart.alarms for each in charts) else None
+    if not charts:
+        asked = " ".join(word for word in (serial, quantity) if word) or "any"
+        raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {', '.join(named) or 'none'}")
+    documents = [golden_chart.document(each) for each in charts]
+    shown = ("golden", "quantity", "bench", "n", "mean", "repeatability", "reference")
+    table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
+    columns = ["serial", "day", "operator", "bench", "quantity", "value", "verdict", "why"]
+    listed = None if frame is None else golden_chart.judged_in_doubt(frame, charts)[columns]
+    return Answer(
+        rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
+        *(alarm["words"] for d in documents for alarm in d["alarms"]),
+        *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
+        None if listed is None else rows(listed, f"{listed['serial'].nunique()} units judged since the last good day"),
+        *files(outputs, pd.DataFrame() if listed is None else listed, documents),
+        picture(
+            plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True
+        ),
+        exit=Exit.INCOMPLETE if frame is not None else Exit.ACCEPTED,
+    )
+
+
+@command
 def golden_retire(
     serial: Annotated[str, Argument(help="Serial of a golden unit.")],
     reason: Annotated[str, Option(help="Why.")],
@@ -207,6 +244,7 @@ def golden_check(
     since = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=hours)
     with open_store() as store:
         found = check_goldens(store, since, who_acts(operator))
+        charts = golden_chart.golden_trends(store)
     lines = (
         f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
         else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
@@ -219,6 +257,7 @@ def golden_check(
         File(json, GoldensCompared(tuple(found))),
         *lines,
         Remark(words if missed else ""),
+        *(Remark(f"chart of {each.words(alarm)}") for each in charts for alarm in each.chart.alarms),
         exit=Exit.REJECTED if missed else exit,
     )
 

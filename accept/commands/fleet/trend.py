@@ -1,6 +1,6 @@
 """`accept trend`: control charts of a quantity."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -16,7 +16,8 @@ from accept.commands.options import Operator, Plot
 from accept.commands.trust.bench_keys import who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
-from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
+from accept.fleet.golden_chart import golden_trends, in_doubt
+from accept.fleet.measurements import CHECKED, instrument_checks, measurements
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
@@ -43,25 +44,24 @@ def trend(
     """Show a quantity over time. Control charts, alarms since the baseline, capability; exit 4 at an alarm."""
     with open_store() as store:
         of_instrument = quantity.startswith(CHECKED)
-        frame = (
-            instrument_checks(store, quantity.removeprefix(CHECKED))
-            if of_instrument
-            else measurements_of(store, quantity)
-        )
+        frame = instrument_checks(store, quantity.removeprefix(CHECKED)) if of_instrument else measurements(store)
         if baseline is not None:
             who = who_acts(operator)
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
                 stated = trends.set_baseline(store, of, by.value, reason, who)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
+        frame = frame.assign(**{trends.DOUBT: in_doubt(frame, golden_trends(store, quantity=quantity))})
     for words in left_out(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)]):
         say(words)
     charts = trends.trends(frame, quantity, by.value, baselines, _rules(rules), is_chosen(frame, choice))
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
     points = pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     drawn = [t for t in charts if len(t.rows)]
+    stages = _stages(documents)
     return Answer(
         rows(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts"),
+        rows(stages, "capability by revision of the limits") if len(stages) else None,
         *(line for pair in zip(charts, documents, strict=True) for line in _lines(*pair)),
         *files(outputs, points, documents),
         picture(plot, lambda: [each for t in drawn for each in trends.chart_panels(t)], columns=1, announced=True)
@@ -74,6 +74,10 @@ def trend(
 def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
+    doubts = each.rows[trends.DOUBT].value_counts(sort=False).drop("", errors="ignore")
+    yield from (
+        Remark(f"{each.name}: {n} units {words}; accept golden chart lists them") for words, n in doubts.items()
+    )
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
 
@@ -98,19 +102,30 @@ def _rules(text: str | None) -> list[int]:
     return rules
 
 
+def _index(document: Mapping[str, Any], name: str) -> str | None:
+    value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
+    return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
+
+
+def _stages(documents: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return a row for each revision of the limits of each group."""
+    return pd.DataFrame(
+        {"group": document["group"],
+         **{name: stage[name] for name in ("spec", "since", "until", "n", "lower", "upper")},
+         **{name: stage["capability"] and _index(stage["capability"], name) for name in ("Cpk", "Ppk")}}
+        for document in documents
+        for stage in document["stages"]
+    )  # fmt: skip
+
+
 def _row(document: Mapping[str, Any]) -> dict[str, object]:
-
-    def index(name: str) -> str | None:
-        value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
-        return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
-
     return {
         "group": document["group"],
         "units": document["n"],
         "mean": document["mean"],
         "sigma_within": document["sigma_within"],
         "sigma_overall": document["sigma_overall"],
-        **{name: index(name) for name in ("Cpk", "Ppk")},
+        **{name: _index(document, name) for name in ("Cpk", "Ppk")},
         "alarms": len(document["alarms"]),
     }
 

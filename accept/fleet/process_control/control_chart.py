@@ -30,6 +30,7 @@ NEIGHBOURS = 9  # values whose median is the level around one of them
 BACK = 1.0 / 3.0  # of its limit: so far a sum must come back before a shift is over
 SHORTEST = 3  # values that a shift must last to be a shift, not single values
 VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
+MIXTURE, UNLIKE = "two populations", "unlike"  # `accept.fleet.process_control.reading_quality`
 EQUAL = "equal"  # a run of equal values (`accept.fleet.process_control.equal_runs`)
 NELSON = {
     1: "one value beyond 3 sigma",
@@ -82,11 +83,12 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Alarm:
-    """A test that raises an alarm. rule: "value", "shift", "drift", "equal" or a number of `NELSON`; first, last:
-    indices of its values; direction: "up" or "down", None for a pattern on both sides; size: distance of their mean
-    from that of the baseline, or, without one, from the mean before; U: its expanded uncertainty (k = 2). units: number
-    of values that show it, if not all from first to last do; place: what those have in common, ("bench", "B2"), None if
-    unknown; usual: of equal values, how many in a row are no alarm."""
+    """A test that raises an alarm. rule: "value", "shift", "drift", "equal", "two populations", "unlike" or a number of
+    `NELSON`; first, last: indices of its values; direction: "up" or "down", None for a pattern on both sides; size:
+    distance of their mean from that of the baseline, or, without one, from the mean before; U: its expanded uncertainty
+    (k = 2). units: number of values that show it, if not all from first to last do; place: what those have in common,
+    ("bench", "B2"), None if unknown; usual: of equal values, how many in a row are no alarm; same: other places of
+    exactly the same values, which these cannot tell apart; evidence: in words, of what a chart does not show."""
 
     rule: str
     first: int
@@ -97,6 +99,8 @@ class Alarm:
     units: int = 0
     place: tuple[str, str] | None = None
     usual: int = 0
+    same: tuple[tuple[str, str], ...] = ()
+    evidence: str = ""
 
     @property
     def lasts(self) -> bool:

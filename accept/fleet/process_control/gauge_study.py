@@ -18,6 +18,13 @@ POOLED_ABOVE = 0.25  # p of the interaction above which it is taken for repeatab
 STUDY_SIGMAS = 6.0  # width that holds 99.73 % of the readings ([AIAG-MSA] chapter II)
 GOOD, USABLE = 10.0, 30.0  # percent of the study or of the tolerance ([AIAG-MSA] chapter II)
 CATEGORIES = 5  # groups of parts that a gauge should tell apart ([AIAG-MSA] chapter II)
+# Of [AIAG-MSA] appendix C: mean range of so many repeats in sigmas, and, of a single range of so many operators or
+# parts, the root of its mean square (d2*): 1 / K1, 1 / K2 and 1 / K3 of the form for averages and ranges.
+_MEAN_RANGE = {2: 1.12838, 3: 1.69257, 4: 2.05875, 5: 2.32593, 6: 2.53441}
+_SINGLE_RANGE = (
+    1.41421, 1.91155, 2.23887, 2.48124, 2.67253, 2.82981, 2.96288, 3.07794, 3.17905, 3.26909, 3.35016, 3.42378, 3.49116,
+    3.55333, 3.61071, 3.66422, 3.71424, 3.76118, 3.80537,
+)  # fmt: skip
 _DRAWS = 20_000  # of the intervals: their ends are known to some 1 %
 
 
@@ -113,6 +120,25 @@ def gauge_study(values: Array) -> GaugeStudy:
     lo, hi = ({name: float(np.quantile(of, q)) for name, of in spread.items()} for q in (0.025, 0.975))
     components = {name: Component(float(sigma), lo[name], hi[name]) for name, sigma in made.items()}
     return GaugeStudy(table, components, pooled, int(degrees[3] + (degrees[2] if pooled else 0)))
+
+
+def averages_and_ranges(values: Array) -> dict[str, float] | None:
+    """Return component -> standard deviation of values (parts, operators, repeats) by the averages and ranges of
+    [AIAG-MSA] chapter III, as a check of the analysis of variance by hand: it knows no interaction. None for a study
+    larger than the published constants (six repeats, twenty operators or parts)."""
+    p, o, r = np.shape(values)
+    if r not in _MEAN_RANGE or max(p, o) - 2 >= len(_SINGLE_RANGE):
+        return None
+    repeats = float(np.ptp(values, axis=2).mean()) / _MEAN_RANGE[r]
+    operators = float(np.ptp(values.mean(axis=(0, 2)))) / _SINGLE_RANGE[o - 2]
+    variance = {
+        "repeatability": repeats**2,
+        "reproducibility": max(0.0, operators**2 - repeats**2 / (p * r)),
+        "parts": (float(np.ptp(values.mean(axis=(1, 2)))) / _SINGLE_RANGE[p - 2]) ** 2,
+    }
+    variance["gauge"] = variance["repeatability"] + variance["reproducibility"]
+    variance["total"] = variance["gauge"] + variance["parts"]
+    return {name: float(np.sqrt(v)) for name, v in variance.items()}
 
 
 def _sigmas(mean_squares: Array, shape: tuple[int, ...], pooled: bool) -> dict[str, Array]:

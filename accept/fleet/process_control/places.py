@@ -14,6 +14,7 @@ from accept.fleet.process_control.control_chart import (
     DRIFT,
     GROSS_SIGMAS,
     LEAST,
+    SHIFT,
     SHORTEST,
     Alarm,
     Baseline,
@@ -25,7 +26,7 @@ from checks.arrays import Array
 
 STILL = 3.0  # standard errors: the other places must not have changed by more,
 ONLY_THERE = 4.0  # and must differ from the change by more
-COINCIDES = 0.9  # share of the values of a shift that are of a lot, and of a lot that are of the shift
+NEARLY = 4.0  # a place begins and ends where a shift does, within what its values show with 95 % (chi-square of 1)
 MOST_CHANGES = 8  # places that are sought: more are no single causes
 
 
@@ -52,7 +53,8 @@ def chart_by_place(
         alarms, change = found
         named, left, level = [*named, *alarms], left - change, level + change
         now = chart(left, baseline, nelson_rules)
-    rest = [replace(a, place=_coincident(a, places)) if a.lasts and a.rule != DRIFT else a for a in now.alarms]
+    sigma = now.baseline.sigma
+    rest = [replace(a, place=_coincident(a, left, places, sigma)) if a.rule == SHIFT else a for a in now.alarms]
     alarms = sorted([*named, *rest], key=lambda a: (a.first, a.rule))
     return replace(whole, level=now.level + level, alarms=tuple(alarms))
 
@@ -105,14 +107,43 @@ def _is_contradicted(alarm: Alarm, x: Array, others: NDArray[np.intp], sigma: fl
     return abs(size) <= STILL * error and abs(alarm.size - size) > ONLY_THERE * float(np.hypot(error, alarm.U / 2.0))
 
 
-def _coincident(alarm: Alarm, places: Mapping[str, Labels]) -> Place | None:
+def same_places(place: Place | None, places: Mapping[str, Labels]) -> tuple[Place, ...]:
+    """Return the other places of exactly the values of a place: an operator who always works at one bench."""
+    if place is None:
+        return ()
+    of_place = places[place[0]] == place[1]
+    if of_place.all():
+        return ()
+    firsts = ((column, str(labels[np.argmax(of_place)])) for column, labels in places.items() if column != place[0])
+    return tuple((c, name) for c, name in firsts if name and np.array_equal(places[c] == name, of_place))
+
+
+def _coincident(alarm: Alarm, x: Array, places: Mapping[str, Labels], sigma: float) -> Place | None:
     """Return the place that the values of a shift have in common and others do not: the lot that began and ended with
-    it."""
+    it, within the uncertainty of the beginning and the end.
+
+    A level for the place must describe x nearly as well as one for the alarm, with as many values again on both sides:
+    2 log likelihood ratio at most `NEARLY`.
+    """
+    size = alarm.last - alarm.first + 1
+    around = np.arange(max(0, alarm.first - size), min(x.size, alarm.last + 1 + size))
+    shown = (around >= alarm.first) & (around <= alarm.last)
+    kept = (
+        np.abs(x[around] - np.where(shown, np.median(x[around[shown]]), np.median(x[around[~shown]])))
+        <= GROSS_SIGMAS * sigma
+    )
+    y, shown = x[around[kept]], shown[kept]
     for column, labels in places.items():
-        within = labels[alarm.first : alarm.last + 1]
-        names, counts = np.unique(within.astype(str), return_counts=True)
-        name, count = str(names[np.argmax(counts)]), int(counts.max())
-        everywhere = int((labels == name).sum())
-        if name and everywhere < labels.size and count >= COINCIDES * max(within.size, everywhere):
+        names, counts = np.unique(labels[alarm.first : alarm.last + 1].astype(str), return_counts=True)
+        name = str(names[np.argmax(counts)])
+        of_place = labels == name
+        inside = of_place[around[kept]]
+        whole = of_place[around].sum() == of_place.sum() < labels.size and 0 < inside.sum() < inside.size
+        if name and whole and _squares_of(y, inside) - _squares_of(y, shown) <= NEARLY * sigma**2:
             return column, name
     return None
+
+
+def _squares_of(y: Array, inside: NDArray[np.bool_]) -> float:
+    """Return the sum of squared distances of y (n,) from the mean of either part."""
+    return sum(float(((part - part.mean()) ** 2).sum()) for part in (y[inside], y[~inside]))

@@ -112,12 +112,15 @@ function drawTrend(rows) {
     customdata: of.map((r) => r[0].serial), text: of.map((r) => `${r[0].serial}, ${r[0].at.slice(0, 10)}, ${r[0].bench}: ${r[1][SHOWN]} ± ${r[1][SHOWN_U]}`),
     hovertemplate: "%{text}<extra></extra>" });
   const traces = groups.map((g, i) => trace(by === "all" ? points : points.filter((r) => r[0][by] === g), g, css(colours[i % colours.length])));
+  const doubted = points.filter((r) => r[0].doubt.length);
+  if (doubted.length) traces.push(trace(doubted, "judged while a golden unit was off", css("--warn"), "circle-open"));
   const marked = points.filter((r) => rang.has(r[0].serial));
   if (marked.length) traces.push(trace(marked, "an alarm begins", css("--bad"), "diamond-open"));
   plot("trend-plot", points.length ? traces : [], { shapes, showlegend: groups.length > 1,
     xaxis: { type: "date", title: { text: "day of measurement" } },
     yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
   const list = $("alarms"); list.replaceChildren();
+  for (const words of F.goldens[name] || []) list.append(node("li", `golden unit ${words}`, "fail"));
   for (const g of known) {
     const title = by === "all" ? "" : `${by} ${g.group}: `, base = g.baseline;
     for (const a of g.alarms) list.append(node("li", title + a.words, "fail"));
@@ -160,6 +163,7 @@ function show(serial) {
     const head = node("h3", `Attempt ${j.attempt}: `); head.append(node("span", j.verdict, j.verdict)); body.append(head);
     body.append(node("p", `${j.simulated ? "simulated" : "measured"} ${j.at.slice(0, 10)}, judged ${j.time.replace("T", " ")} UTC, ${j.by}, bench: ${j.bench}, spec ${j.spec}`));
     if (j.voided) body.append(node("p", `void: ${j.voided}`));
+    for (const words of j.doubt) body.append(node("p", words, "fail"));
     if (j.certificate) { const link = node("a", "certificate (PDF)"); link.href = j.certificate; body.append(link); }
     const table = node("table"), top = node("tr");
     for (const t of ["quantity", "value", "U", "limits", "verdict", "reason"]) top.append(node("th", t));

@@ -14,6 +14,7 @@ import pandas as pd
 from accept.base.names import shown_name
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import NOT_STATED, bench_of, findings
+from accept.fleet.golden_chart import golden_trends, in_doubt
 from accept.fleet.measurements import (
     CONCEDED,
     GOLDEN,
@@ -53,8 +54,9 @@ def document(
 ) -> dict[str, Any]:
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
-    what `accept trend` states; curves: title -> [{serial, x, y}] with the axes' labels; of: how many judgements the
-    store holds; golden: how many of those shown are of golden units; head: its last event; made: when. out: folder of
+    what `accept trend` states; goldens: quantity -> alarms of the charts of golden units; curves: title ->
+    [{serial, x, y}] with the axes' labels; of: how many judgements the store holds; golden: how many of those
+    shown are of golden units; head: its last event; made: when. out: folder of
     the page, from which certificates are linked. last: how many judgements are shown, the last ones. Raises
     StoreError."""
     head = store.head().seq
@@ -65,6 +67,9 @@ def document(
     frame = measurements(store, after=after)
     first, begun, stopped = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
+    goldens = golden_trends(store)
+    why = in_doubt(frame, goldens)[~frame[GOLDEN]]
+    doubts = why[why != ""].groupby(frame["seq"]).agg(lambda words: sorted(set(words))).to_dict()
     certificates = _certificates(store, out, set(frame["serial"].unique()))
     judgements: list[dict[str, Any]] = []
     units: dict[str, str] = {}
@@ -94,6 +99,7 @@ def document(
                 "spec": listed_name(event.spec),
                 "findings": [_row(finding, (event.seq, finding.quantity) in first) for finding in result.findings],
                 "notes": result.notes,
+                "doubt": doubts.get(event.seq, []),
                 "held": result.nonconformances,
                 "dispositions": stated_words(result.dispositions),
                 "gap": _gap(result.gap),
@@ -103,6 +109,9 @@ def document(
     return {
         "finding": (*FINDING, *SHOWN),
         "trends": {name: _trends(frame, store, name) for name in units},
+        "goldens": {
+            name: [c.words(a) for c in goldens if c.quantity == name for a in c.chart.alarms] for name in units
+        },
         "quantities": units,
         "labels": labels,
         "judgements": judgements,

@@ -2,8 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from accept.fleet.process_control.gauge_study import gauge_study
+from accept.fleet.process_control.gauge_study import (
+    _MEAN_RANGE,
+    _SINGLE_RANGE,
+    averages_and_ranges,
+    gauge_study,
+)
 
 # AIAG, Measurement Systems Analysis, 4th ed., chapter III: ten parts, three appraisers, three trials.
 A = [
@@ -50,6 +56,39 @@ def test_the_published_table_of_variances():
     assert rows["interaction"].squares == pytest.approx(0.3590, abs=5e-5)
     assert rows["repeats"].squares == pytest.approx(2.7589, abs=5e-5)
     assert rows["interaction"].F == pytest.approx(0.434, abs=5e-4)
+
+
+def test_the_published_form_of_averages_and_ranges():
+    """[AIAG-MSA] figure III-B 16, as printed: EV 0.20188, AV 0.22963, GRR 0.30575, PV 1.10456, TV 1.14610. It rounds
+    the range of the appraisers to 0.4446 (0.44467: 1.5e-4) and its constants to four digits (K2 0.5231: 0.8e-4): 2.3e-4
+    together."""
+    found = averages_and_ranges(AIAG)
+    printed = {
+        "repeatability": 0.20188,
+        "reproducibility": 0.22963,
+        "gauge": 0.30575,
+        "parts": 1.10456,
+        "total": 1.14610,
+    }
+    assert found == pytest.approx(printed, rel=2.5e-4)
+
+
+def test_the_constants_of_the_ranges_are_those_of_normal_values():
+    """Mean and mean square of the range of n, by integration of its distribution (Tippett 1925)."""
+    x = np.linspace(-8.0, 8.0, 1601)
+    below, step = stats.norm.cdf(x), x[1] - x[0]
+    for n, d2 in _MEAN_RANGE.items():
+        assert d2 == pytest.approx((1 - below**n - (1 - below) ** n).sum() * step, abs=1e-5)
+    low, high = below[:, None], below[None, :]
+    for n, d2_star in enumerate(_SINGLE_RANGE, 2):
+        apart = 1 - high**n - (1 - low) ** n + np.clip(high - low, 0, None) ** n
+        square = 2 * (np.triu(apart, 1).sum() + np.trace(apart) / 2) * step**2
+        assert d2_star == pytest.approx(np.sqrt(square), abs=2e-4)  # the grid of 0.01 sigma
+
+
+def test_a_study_larger_than_the_published_constants_has_none():
+    assert averages_and_ranges(np.zeros((21, 3, 3))) is None
+    assert averages_and_ranges(np.zeros((10, 3, 7))) is None
 
 
 def test_the_worst_of_study_tolerance_and_categories_decides():

@@ -1,0 +1,173 @@
+"""A control chart for each quantity of each golden unit, and the units that were judged while one was off.
+
+A golden unit is compared with its reference within two stated uncertainties, which include what is common to both. Its
+own comparisons repeat far better: a chart of them finds a drift of the bench long before those limits do.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from accept.fleet.golden import Golden, goldens
+from accept.fleet.measurements import VOIDED, counted, in_order_of_measurement, measurements, when
+from accept.fleet.process_control.control_chart import FALSE_ALARM, SHIFT, Alarm
+from accept.fleet.process_control.self_starting import BEFORE, PartChart, part_chart
+from accept.pictures.labels import label_of
+from accept.store import Store
+from accept.store.payloads import Reference
+from checks.picture import Line, Mark, Panel
+from checks.rounding import with_U
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Days in which a bench is in doubt: from the last day on which the golden unit was good, which may have been good
+    in the morning only, to the day before it was good again; until: None if it was not good since."""
+
+    golden: str
+    bench: str
+    quantity: str
+    since: pd.Timestamp
+    until: pd.Timestamp | None
+
+    @property
+    def words(self) -> str:
+        until = "" if self.until is None else f", good again on {self.until:%Y-%m-%d}"
+        return (
+            f"judged since the last good day of the golden unit {self.golden} "
+            f"({label_of(self.quantity)}, {self.since:%Y-%m-%d}{until})"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class GoldenTrend:
+    """One quantity of a golden unit at one bench. rows: its judgements in the order of measurement."""
+
+    serial: str
+    bench: str
+    quantity: str
+    unit: str
+    rows: pd.DataFrame
+    chart: PartChart
+    reference: Reference | None
+
+    @property
+    def doubts(self) -> list[Doubt]:
+        """Return the days in doubt of each alarm."""
+        return [self._doubt(alarm) for alarm in self.chart.alarms]
+
+    def _doubt(self, alarm: Alarm) -> Doubt:
+        days, good = self.rows["day"], self.chart.good
+        before, after = np.flatnonzero(good[: alarm.first]), np.flatnonzero(good[alarm.last + 1 :])
+        until = days.iloc[alarm.last + 1 + after[0]] if after.size else None
+        return Doubt(self.serial, self.bench, self.quantity, days.iloc[before[-1]], until)
+
+    def words(self, alarm: Alarm) -> str:
+        """Return an alarm in words: since when, direction, size, and the last good day."""
+        first, last = (self.rows["day"].iloc[i] for i in (alarm.first, alarm.last))
+        size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {self.unit}"
+        good = self._doubt(alarm)
+        on = f"{first:%Y-%m-%d}" if alarm.rule != SHIFT else f"{first:%Y-%m-%d} to {last:%Y-%m-%d}"
+        again = "" if good.until is None else f", good again on {good.until:%Y-%m-%d}"
+        return (
+            f"{self.serial}, {label_of(self.quantity)}: {on} ({alarm.units} comparisons): {size} from the mean of the "
+            f"good ones; last good day {good.since:%Y-%m-%d}{again}"
+        )
+
+
+def golden_trends(store: Store, serial: str | None = None, quantity: str | None = None) -> list[GoldenTrend]:
+    """Return the charts of the golden units of a store, of one of them or of one quantity. All quantities of a golden
+    unit at a bench share the chance of a false alarm. Raises StoreError."""
+    found = list[GoldenTrend]()
+    for name, golden in goldens(store).items():
+        if serial in (None, name):
+            found += [each for each in _of_golden(store, golden) if quantity in (None, each.quantity)]
+    return found
+
+
+def _of_golden(store: Store, golden: Golden) -> list[GoldenTrend]:
+    frame = in_order_of_measurement(measurements(store, golden.serial))
+    frame = frame[frame["value"].notna() & (frame[VOIDED] == "") & ~frame["simulated"]]
+    if golden.named.seq != golden.since:  # named again: the judgements of its reference are the first that count
+        n = max((reference.n for reference in golden.reference.values()), default=1)
+        before = sorted(frame.loc[frame["seq"] < golden.named.seq, "seq"].unique())
+        frame = frame[~frame["seq"].isin(before[:-n])]
+    found = list[GoldenTrend]()
+    for bench, of_bench in frame.groupby("bench", observed=True):
+        parts = list(of_bench.groupby("quantity", observed=True, sort=False))
+        for name, rows in parts:
+            made = part_chart(rows["value"].to_numpy(), FALSE_ALARM / len(parts))
+            unit, reference = str(rows["unit"].iloc[0]), golden.reference.get(str(name))
+            found.append(GoldenTrend(golden.serial, str(bench), str(name), unit, rows, made, reference))
+    return found
+
+
+def in_doubt(frame: pd.DataFrame, charts: Sequence[GoldenTrend]) -> pd.Series:
+    """Return for each row of findings why its bench was in doubt when it was measured, "" if it was not."""
+    words = pd.Series("", index=frame.index, dtype=object)
+    days = when(frame).dt.floor("D")
+    for doubt in (doubt for chart in charts for doubt in chart.doubts):
+        within = (days >= doubt.since) & ((days < doubt.until) | (days == doubt.since) if doubt.until else True)
+        words[within & (frame["bench"] == doubt.bench) & (frame["quantity"] == doubt.quantity)] = doubt.words
+    return words
+
+
+def judged_in_doubt(frame: pd.DataFrame, charts: Sequence[GoldenTrend]) -> pd.DataFrame:
+    """Return the first row of every unit of the process that was judged while a bench was in doubt, with `why`."""
+    marked = in_order_of_measurement(counted(frame)).assign(why=lambda f: in_doubt(f, charts))
+    return marked[(marked["why"] != "") & marked["value"].notna()].drop_duplicates(["serial", "quantity"])
+
+
+def document(each: GoldenTrend) -> dict[str, Any]:
+    """Return a chart as a document: counts, mean and repeatability of the good ones, limits, alarms, points."""
+    chart, reference = each.chart, each.reference
+    days = [f"{day:%Y-%m-%d}" for day in each.rows["day"]]
+    return {
+        "golden": each.serial,
+        "bench": each.bench,
+        "quantity": each.quantity,
+        "unit": each.unit,
+        "n": len(each.rows),
+        "mean": chart.mean,
+        "repeatability": chart.sigma or None,
+        "reference": reference and reference.value,
+        "limits": {"lower": chart.lower, "upper": chart.upper} if chart.sigma else None,
+        "sums_limit": chart.sums_limit,
+        "alarms": [
+            {"rule": alarm.rule, "first": days[alarm.first], "last": days[alarm.last], "direction": alarm.direction,
+             "size": alarm.size, "U": alarm.U, "last_good": f"{doubt.since:%Y-%m-%d}",
+             "good_again": doubt.until and f"{doubt.until:%Y-%m-%d}", "words": each.words(alarm)}
+            for alarm, doubt in zip(chart.alarms, each.doubts, strict=True)
+        ],
+        "cautions": [] if len(each.rows) > BEFORE else [f"{len(each.rows)} comparisons: the chart compares from the "
+                                                        f"{BEFORE + 1}th on"],
+        "points": [{"time": day, "value": value, "good": bool(good)}
+                   for day, value, good in zip(days, chart.values.tolist(), chart.good, strict=True)],
+    }  # fmt: skip
+
+
+def golden_panels(each: GoldenTrend) -> list[Panel]:
+    """Return the chart: comparisons in order with their own limits and the reference, and the cumulative sums."""
+    chart, x = each.chart, np.arange(1.0, len(each.rows) + 1)
+    label, off = label_of(each.quantity), chart.good == 0
+    items: list[Line | Mark] = [
+        Line(x, chart.values, "comparison", "points", "data"),
+        Line(x[off], chart.values[off], "not as before", "points", "bad"),
+        Mark(chart.mean, "y", "mean of the good ones", "quiet"),
+    ]
+    if chart.sigma > 0.0:
+        items += [Mark(chart.lower, "y", "limits of one value", "bad"), Mark(chart.upper, "y", "", "bad")]
+    if each.reference is not None:
+        items.append(Mark(each.reference.value, "y", "reference", "limit"))
+    days = each.rows["day"]
+    order = f"comparison, {days.iloc[0]:%Y-%m-%d} to {days.iloc[-1]:%Y-%m-%d}"
+    title = f"{each.serial}, {label}"
+    ways = [Line(x, s, way) for s, way in zip(chart.sums.T, ("above the mean", "below it"), strict=True)]
+    return [
+        Panel(title, order, f"{label} [{each.unit}]", tuple(items)),
+        Panel(f"{title}: cumulative sums", order, "sum [standard deviations]",
+              (*ways, Mark(chart.sums_limit, "y", "a shift", "bad"))),
+    ]  # fmt: skip
