@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import ActiveBinding, Binding, BindingType
+from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
@@ -43,7 +43,7 @@ from accept.workflow.effects.serve_step import StepService, changed_words, saved
 from accept.workflow.entry.record_folder import age_words
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
-from accept.workflow.steps.section import repeated
+from accept.workflow.steps.section import counted, repeated
 from checks.declare import Measured, Series
 
 _COURSE = 16  # columns of how a record runs
@@ -360,11 +360,12 @@ class StepScreen(Page):
         self.show_around()
 
     def _show_count(self) -> None:
-        """Show how many of the entries are there, and the other way to give them."""
+        """Show how many of the entries are there, of those that are needed, and the other way to give them."""
         d = self.dialogue
         for card in self.query("#entries"):
-            given = sum(d.has(n) for n in range(len(d.lines)))
-            words = [f"{given} of {len(d.lines)}", self._other_forms]
+            given, wanted = counted(d.form, d.facts.state)
+            optional = f"{len(d.lines) - wanted} optional" if len(d.lines) > wanted else ""
+            words = [f"{given} of {wanted}", optional, self._other_forms]
             entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
 
     def on_input_changed(self) -> None:
@@ -415,18 +416,6 @@ class StepScreen(Page):
     @property
     def main_key(self) -> str:
         return self.dialogue.main_key
-
-    @property
-    def active_bindings(self) -> dict[str, ActiveBinding]:
-        """Return the bindings as they are called here, those that do nothing at present out of the row of keys."""
-        idle, called = self.dialogue.idle, self.dialogue.called
-        bindings = super().active_bindings
-        for key, active in bindings.items():
-            if active.node is self:
-                own = active.binding
-                own = replace(own, show=own.show and key not in idle, description=called.get(key, own.description))
-                bindings[key] = active._replace(binding=own)
-        return bindings
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""

@@ -43,7 +43,7 @@ SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if 
 _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 _COLUMNS = "", "Quantity", "Value ± U", "Limits", "Verdict"
-_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 40
+_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 80
 _MARK = 4  # columns of the marks, and the last one
 
 
@@ -140,8 +140,8 @@ class Summary(Scanning):
                 ask_remedy(self, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if (unit := self.bench.training) is not None:
                 if choices := unit.choices:
-                    words = "Guess before it is told. Esc: tell me"
-                    asked = Choice("Training: what is wrong with this unit?", words, choices)
+                    words = "Guess before it is told."
+                    asked = Choice("Training: what is wrong with this unit?", words, choices, "tell me")
                     self.app.push_screen(
                         asked, lambda n: self._tell_hidden("" if n is None else f"{unit.guess(n)}\n\n")
                     )
@@ -272,11 +272,14 @@ class Summary(Scanning):
         labels = [label_of(f.quantity) for f in d.findings]
         values = aligned([pretty(numbers(f.value, f.U, f.unit)) if f.value is not None else "-" for f in d.findings])
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
-        taken = _MARK + sum(max(map(len, column), default=0) + 2 for column in (labels, values, words))
-        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, table.size.width - taken))
+        taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
+        room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
+        said = max(map(len, (_COLUMNS[-1], *words)))
+        worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
+        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))
         table.visible = True
         table.clear(columns=True)
-        table.add_columns(*_COLUMNS)
+        table.add_columns(*_COLUMNS[: 4 + worded])
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
             bar = limit_bar(f.value, f.U, f.lower, f.upper, gauge, d.facts.usual.get(f.quantity))
@@ -285,7 +288,7 @@ class Summary(Scanning):
                 f"{label}  ",
                 Text(f"{value}  ", "bold"),
                 Text(f"{bar}  ", status.style),
-                Text(word, status.style),
+                *([Text(word, status.style)] if worded else []),
             )
         table.move_cursor(row=row)
 
@@ -305,10 +308,6 @@ class Summary(Scanning):
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
             return any(part.max_scroll_y > 0 for part in self.query(VerticalScroll))
-        if parameters == ("f8",):
-            return bool(self.dialogue.failed)
-        if parameters == ("ctrl+e",):
-            return self.dialogue.facts.certificate is not None
         return parameters != ("ctrl+r",) or self.bench.training is not None
 
     @property
@@ -355,9 +354,9 @@ def _detail(d: SummaryDialogue) -> Text:
 
 def aligned(values: Sequence[str]) -> list[str]:
     """Return values with U below each other at their sign."""
-    parts = [value.partition(" ± ") for value in values]
+    parts = [value.partition(" ± " if " ± " in value else " ") for value in values]
     before, behind = (max((len(part[n]) for part in parts), default=0) for n in (0, 2))
-    return [f"{number:>{before}}{sign}{U}".ljust(before + 3 + behind) for number, sign, U in parts]
+    return [f"{number:>{before}}{sign:<3}{U}".ljust(before + 3 + behind) for number, sign, U in parts]
 
 
 def _sign_words(d: SummaryDialogue) -> Text:
@@ -373,6 +372,9 @@ def _sign_words(d: SummaryDialogue) -> Text:
         text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
         return text.append("\n\nQA countersigns afterwards: ^T", "dim")
     text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")
+    if d.awaits_qa:
+        words = "QA countersigns" if d.accepted else "QA decides about it; set it aside"
+        text.append("\n\n ^T ", "bold").append(words, "not bold default")
     return text.append("\n\n F10 ", "bold").append("next unit", "not bold default")
 
 

@@ -146,8 +146,9 @@ def finding_row(f: Finding, name: int, value: int, room: int = ROOM) -> Text:
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}  ", status.style))
     bounds = limits(f.lower, f.upper, f.unit)
     fits = 2 + name + 2 + value + 2 + len(bounds) <= room
-    if 2 + name + 2 + value > room:  # value and limits share the next line
-        text, fits = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style)), True
+    if 2 + name + 2 + value > room:  # value and limits share the next line, or have one each
+        text = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style))
+        fits = 4 + value + 2 + len(bounds) <= room
     text.append(f"{_value(f):<{value}}", "bold").append(f"{'  ' if fits else chr(10) + '    '}{bounds}\n", "dim")
     if f.reason and not (f.reason == _ABOVE and f.value is None):
         text.append(f"    {pretty(f.reason)}\n", status.style)

@@ -1,18 +1,20 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
+import re
 from itertools import zip_longest
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
-from rich.padding import Padding
 from rich.segment import Segment
 from rich.text import Text
 from textual.geometry import Region
 from textual.widgets import Static
 
+_INDENT = re.compile(r" *(?:(?:\d|[·▪▶✓✗○→]) )?")
+
 
 class Hung:
-    """A text, each line of which is folded under its indent."""
+    """A text, each line of which is folded under its first word, behind indent, number and mark."""
 
     def __init__(self, text: Text) -> None:
         self.text = text
@@ -24,10 +26,12 @@ class Hung:
     def __str__(self) -> str:
         return self.plain
 
-    def __rich_console__(self, _: Console, __: ConsoleOptions) -> RenderResult:
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for line in self.text.split("\n", allow_blank=True):
-            indent = len(line.plain) - len(line.plain.lstrip())
-            yield Padding(line[indent:], (0, 0, 0, indent))
+            indent = len(_INDENT.match(line.plain)[0])  # type: ignore[index] - it matches nothing too
+            folded = line[indent:].wrap(console, max(1, options.max_width - indent)) or [Text()]
+            for n, part in enumerate(folded):
+                yield (Text(" " * indent) if n else line[:indent]).append_text(part)
 
 
 class Hanging(Static):

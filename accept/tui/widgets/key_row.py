@@ -87,7 +87,7 @@ class KeyRow(Static):
 
     def _draw(self) -> None:
         rows = self.placed[-1].row if self.placed else 0
-        self.placed = placed(self.keys, self.size.width or self.app.size.width)
+        self.placed = placed(self.keys, self.size.width or self.app.size.width - self.gutter.width)
         more = self.placed[-1].row if self.placed else 0
         key, chip = self._role("footer-key-foreground"), self._role("block-cursor-background")
         on_chip = self._role("block-cursor-foreground")

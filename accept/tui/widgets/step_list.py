@@ -133,7 +133,8 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> Sequen
     judgement = session.judgements.of_step(step.name)
     note = "✎ " if session.state(step.name).notes else ""
     if judgement is None or status in UNFINISHED:
-        taken, wanted = counted(step, session.state(step.name))
+        state = session.state(step.name)
+        taken, wanted = counted(step.form(state.form), state)
         word = status.word if status is Status.REFUSED else f"{taken} of {wanted}" if taken and not step.derived else ""
         return f"{note}{word}", note
     found = judgement.findings
