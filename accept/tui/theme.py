@@ -70,15 +70,20 @@ ANSI_LIGHT = TerminalTheme(
 # A terminal of 16 colours takes the nearest of them, which for ours are greys: there these stand for them, themselves
 # among the 16 (bright on dark, full on light).
 _16_ON_DARK = "#000000", "#ff5555", "#55ff55", "#ffff55", "#5555ff", "#ff55ff", "#55ffff", "#ffffff"
+_16_GREY = "#aaaaaa"
 _16_ON_LIGHT = "#000000", "#aa0000", "#00aa00", "#aa5500", "#0000aa", "#aa00aa", "#00aaaa", "#000000"
 ANSI_DARK_16 = TerminalTheme((0, 0, 0), (255, 255, 255), _rgb(*_16_ON_DARK))
 ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT))
 
 
 def of_16(one: Theme) -> Theme:
-    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has."""
+    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has, and with a grey of it for
+    frames and chips, whose own is the white of the ground on light."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
-    return replace(one, success=green, error=red, warning=yellow)
+    one = replace(one, success=green, error=red, warning=yellow)
+    if one.dark:
+        return one
+    return replace(one, panel=_16_GREY, variables=one.variables | {"block-cursor-background": _16_GREY})
 
 
 def asked_for() -> str:

@@ -350,9 +350,9 @@ class StepScreen(Page):
         )
         notes = self.query_one("#notes", Hanging)
         earlier = self.session.judgements.earlier
-        told = limits_text(self.step, earlier) if judgement is None else notes_text(judgement)
-        notes.display, notes.border_title = bool(told), "Limits" if judgement is None else "Notes"
-        notes.hang(told)
+        notes.display = judgement is None or bool(judgement.notes)
+        notes.border_title = "Limits" if judgement is None else "Notes"
+        notes.fit(lambda room: limits_text(self.step, earlier, room) if judgement is None else notes_text(judgement))
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
         self.query_one(Pictures).show(panels)

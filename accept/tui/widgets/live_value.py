@@ -117,7 +117,7 @@ class Gauge(Hanging):
         self._draw()
 
     def on_resize(self) -> None:
-        self._draw()
+        self._draw()  # with another layout on a small terminal
 
     def _draw(self) -> None:
         about, size = self._about, self.app.size
