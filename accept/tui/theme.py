@@ -77,8 +77,8 @@ ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT))
 
 
 def of_16(one: Theme) -> Theme:
-    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has, and with a grey of it for
-    frames and chips, whose own is the white of the ground on light."""
+    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has. On light, frames and
+    chips take a grey of these: their own is the white of the ground."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
     one = replace(one, success=green, error=red, warning=yellow)
     if one.dark:

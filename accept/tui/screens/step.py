@@ -93,8 +93,8 @@ class StepScreen(Page):
         self.dialogue: StepDialogue = dialogue.opening(self.step, self.service.facts(None)).state
         self._shown: object = None  # that the parts above the fields were drawn from
         self._fields: Sequence[Field] = ()
+        self._stood: object = None  # the cursor, and below which lines there was a reason
         self._courses: dict[str, Sequence[float]] = {}  # of stored records, by file
-        self._other_forms = ""  # and the key that changes to them
         self._laying_out = asyncio.Lock()
 
     def above(self) -> ComposeResult:
@@ -282,6 +282,10 @@ class StepScreen(Page):
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
             self.set_focus(line)
+        stands = d.cursor, [d.reason(n)[1] for n in range(len(d.lines))]
+        if line is not None and stands != self._stood:  # reasons that come and go below other lines move it
+            self.call_after_refresh(line.scroll_visible, animate=False)
+        self._stood = stands
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
@@ -323,14 +327,11 @@ class StepScreen(Page):
             self.aside(read, done, f"course {unread[0][1]}")
 
     async def _lay_out(self) -> None:
-        d, forms = self.dialogue, self.step.check.forms
-        others = ", ".join(f.name for f in forms if f is not d.form)
-        self._other_forms = f"F6: {others}" if others else ""
         self._fields = ()
         await self.query_one("#fields").remove_children()
         if not self.alive:  # left while the old fields went
             return
-        fields = [Field(line.place) for line in d.lines]
+        fields = [Field(line.place) for line in self.dialogue.lines]
         await self.query_one("#fields").mount(*fields)
         self._fields = fields
         self._show_count()
@@ -365,7 +366,8 @@ class StepScreen(Page):
         for card in self.query("#entries"):
             given, wanted = counted(d.form, d.facts.state)
             optional = f"{len(d.lines) - wanted} optional" if len(d.lines) > wanted else ""
-            words = [f"{given} of {wanted}", optional, self._other_forms]
+            others = ", ".join(form.name for form in self.step.check.forms if form is not d.form)
+            words = [f"{given} of {wanted}", optional, f"F6: {others}" if others else ""]
             entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
 
     def on_input_changed(self) -> None:

@@ -9,7 +9,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -27,8 +26,7 @@ from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
-from accept.tui.widgets.plan import bar_of
+from accept.tui.widgets.limit_bar import blocks, limit_bar, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
@@ -106,9 +104,6 @@ class Summary(Scanning):
         for part, title in (("found", "Findings"), ("noted", "Notes"), ("sign", "Sign"), ("paper", "Certificate")):
             self.query_one(f"#{part}").border_title = title
         if self.alive:
-            table = self.query_one(DataTable)
-            table.add_columns(*_COLUMNS)
-            table.visible = False  # its head alone says nothing
             await self.follow(dialogue.opening(self.at_present().state.facts))
 
     def takes_scans(self) -> bool:
@@ -277,7 +272,6 @@ class Summary(Scanning):
         said = max(map(len, (_COLUMNS[-1], *words)))
         worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
         gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))
-        table.visible = True
         table.clear(columns=True)
         table.add_columns(*_COLUMNS[: 4 + worded])
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
@@ -346,9 +340,8 @@ def _detail(d: SummaryDialogue) -> Text:
     text = Text(f"{limits(f.lower, f.upper, f.unit)}   ", "bold")
     text.append(pretty(d.detail), "not bold default")
     if earlier:
-        series = np.array(earlier[::-1])
-        bars = "".join(bar_of(value, series)[0] for value in series)
-        text.append(f"\nlast {len(series)} units {bars}{usual_words(d.facts.usual.get(f.quantity))}", "not bold dim")
+        bars = blocks(earlier[::-1], len(earlier))
+        text.append(f"\nlast {len(earlier)} units {bars}{usual_words(d.facts.usual.get(f.quantity))}", "not bold dim")
     return text
 
 

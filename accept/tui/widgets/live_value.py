@@ -125,17 +125,16 @@ class Gauge(Hanging):
         title = about.label[:1].upper() + about.label[1:]
         entitle(self, f"Live · {title}" if about.name else f"Saved · {title}", "●" if about.name else "")
         self.set_class(bool(about.name), "live")
-        if about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS:
-            self.hang(large_text(about, self._value, self._fault, tuple(self._seen), self.size.width))
-        else:
-            self.hang(gauge_text(about, self._value, self._fault, self.size.width or _ROOM, tuple(self._seen)))
+        is_large = about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS
+        text_of = large_text if is_large else gauge_text
+        self.hang(text_of(about, self._value, self._fault, tuple(self._seen), self.size.width or _ROOM))
 
 
 def gauge_text(
-    about: Followed, value: Measured | None, fault: str, room: int = _ROOM, seen: Sequence[float] = ()
+    about: Followed, value: Measured | None, fault: str, seen: Sequence[float] = (), room: int = _ROOM
 ) -> Text:
-    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; room:
-    columns; seen: the values of the last half minute."""
+    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; seen: the
+    values of the last half minute; room: columns."""
     text, limit, usual = Text(), about.limit, about.usual
     if about.name:
         text.append("now ", "dim").append("…" if value is None else _number(value, about.unit, seen), "bold")

@@ -20,7 +20,17 @@ from accept.tui.widgets.plan import height_words
 from accept.tui.widgets.step_list import StepList
 from checks.picture import Line, Panel
 from tests.accept.tui.shown.test_tui_layout import HAMMER, hammer_record, seen, to_hammer
-from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, sign_first, title, words
+from tests.accept.tui.tui_help import (
+    begin,
+    fill_values,
+    focused_again,
+    loader,
+    press,
+    running,
+    sign_first,
+    title,
+    words,
+)
 
 ROOM = (120, 36)
 
@@ -154,3 +164,16 @@ def test_a_sentence_goes_on_behind_its_number_or_mark(mark: str) -> None:
     assert first.startswith(f"{mark}one")
     assert all(line.startswith(" " * len(mark)) and line[len(mark)] != " " for line in others)
     assert " ".join([first, *others]).split() == [*mark.split(), "one", "two", "three"]
+
+
+async def test_the_line_with_the_cursor_stays_in_sight_on_a_small_terminal() -> None:
+    """Red before: it was out of sight when the reason of a refusal above it went."""
+    async with running(loader("apa-basic"), (80, 24)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        for text in ("0", "1", "2", "3", "4.99 V", "4", "5 V", "5", "6"):
+            pilot.app.focused.value = text
+            await press(pilot, "enter")
+            await focused_again(pilot, pilot.app.focused)
+            body = pilot.app.screen.query_one("#body").region
+            assert body.contains_region(pilot.app.focused.region), text
