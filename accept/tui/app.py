@@ -167,7 +167,7 @@ class BenchApp(InOrder):
         if unit is None:
             return queue.nothing_waits
         left = sum(one.serial not in (session.serial, unit.serial) for one in waiting.units)
-        more = f"{left} more wait" if left else "the last one"
+        more = f"{left} more wait{'s' * (left == 1)}" if left else "the last one"
         await self.go_to(unit.serial, unit.kind, queue, f"{words}Now {unit.serial}, {more}")
         if self.queue is not None:
             self.queue = goes_on or self.queue

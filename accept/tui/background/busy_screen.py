@@ -115,6 +115,7 @@ class Working(Screen[T]):
             self.say(turn.words.text, turn.words.role)
         self.dialogue = turn.state
         await self.draw()
+        self.refresh_bindings()  # those that have a use now
         for effect in turn.effects:
             if effect is Common.BELL:
                 self.app.bell()

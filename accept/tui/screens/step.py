@@ -289,7 +289,6 @@ class StepScreen(Page):
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
-        self.refresh_bindings()
 
     def _show_fields(self) -> None:
         d = self.dialogue

@@ -205,7 +205,8 @@ class UnitBar(Static):
     def show(self) -> None:
         spec = self._session.spec
         lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
-        self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
+        room = self.size.width or self.app.size.width - self.gutter.width  # before the first layout
+        self.update(next((line for line in lines if line.cell_len <= room), lines[-1]))
 
     on_mount = on_resize = show
 
@@ -213,7 +214,7 @@ class UnitBar(Static):
         session = self._session
         done = sum(session.judgements.status(step) not in UNFINISHED for step in session.steps)
         count = f"{done} of {len(session.steps)} steps{'' if session.gap.responses is None else ', gap optional'}"
-        text = Text.assemble(("◆ accept  ", "bold yellow")) if self.size.width >= WIDE_FROM else Text()
+        text = Text.assemble(("◆ accept  ", "bold yellow")) if self.app.size.width >= WIDE_FROM else Text()
         text.append(f" {session.serial} ", "reverse bold").append(f"  attempt {session.attempt.number}")
         for words in (self._where, count, session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None

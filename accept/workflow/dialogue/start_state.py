@@ -202,6 +202,11 @@ class StartDialogue:
         return "No unit of this list has these letters in its serial.\nCtrl+U: all of them again."
 
     @property
+    def called(self) -> dict[str, str]:
+        """Return the names of keys that are called otherwise at this moment."""
+        return {"enter": "Add"} if self.adds else {"enter": "Begin"} if self.begins or self.at_once else {}
+
+    @property
     def idle_keys(self) -> set[str]:
         """Return the keys that only say why they do nothing at present."""
         queues = () if self.listed is None else self.listed.queues

@@ -29,6 +29,7 @@ from tests.accept.tui.tui_help import (
     running,
     sign_first,
     title,
+    type_line,
     words,
 )
 
@@ -83,6 +84,12 @@ async def test_the_foot_has_keys_that_have_a_use() -> None:
     async with running(given=Given("")) as pilot:
         assert not keys(pilot) & {"Tab", "F8", "^S", "^O", "^Z"}
         assert {"Enter", "F6", "Esc", "F1"} <= keys(pilot)
+        await type_line(pilot, "Ann")
+        await press(pilot, "f6")
+        for serial in ("APA-21", "APA-22"):
+            await type_line(pilot, serial)
+        assert {"Tab", "^O", "^Z"} <= keys(pilot)
+        assert "Enter Add" in seen(pilot)[-1] + seen(pilot)[-2]
     async with running() as pilot:
         await begin(pilot)
         await fill_values(pilot)
