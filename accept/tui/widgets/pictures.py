@@ -6,7 +6,6 @@ from collections.abc import Mapping
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.widgets import Label
 
 from accept.tui.widgets.plot import WIDE_FROM, PanelView
 from accept.tui.widgets.target import offset_panel
@@ -50,7 +49,6 @@ class Pictures(Vertical):
         self.panels: Mapping[str, Panel] = {}
 
     def compose(self) -> ComposeResult:
-        yield Label("", classes="quiet", id="which")
         yield Horizontal(classes="panels")
 
     def show(self, panels: Mapping[str, Panel]) -> None:
@@ -72,14 +70,12 @@ class Pictures(Vertical):
     def _draw(self) -> None:
         """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old
         panels to go would cancel their tasks, and with them those of the screen and of the whole program."""
-        if self.is_attached and self.query("#which"):
+        if self.is_attached and self.query(".panels"):
             self.call_later(self._redraw)
 
     async def _redraw(self) -> None:
-        shown, count, views = self._shown(), len(self.panels), list(self.query(PanelView))
+        shown, views = self._shown(), list(self.query(PanelView))
         self.display = bool(shown)
-        words = f"F7: all {count} plots, on the whole screen" if count > len(shown) else "F7: plots on the whole screen"
-        self.query_one("#which", Label).update(words)
         for view, panel in zip(views, shown, strict=False):
             view.show(panel)
         for view in views[len(shown) :]:
