@@ -97,7 +97,3 @@ class Page(Scanning):
             self.app.push_screen(Plots(panels, self.session.folder / "pictures", self.bench.services.draw))
         else:
             self.say("No plot yet")
-
-    def action_page(self, way: int) -> None:
-        body = self.query_one("#body", VerticalScroll)
-        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)

@@ -294,10 +294,6 @@ class Summary(Scanning):
             self.call_after_refresh(self._show_table, max(0, self.dialogue.row))
         self.call_after_refresh(self.refresh_bindings)
 
-    def action_page(self, way: int) -> None:
-        for part in self.query(VerticalScroll):
-            part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
