@@ -61,7 +61,7 @@ class Plots(Screen[None]):
             await holder.mount(*(PanelView(panel, titled=n > 0) for n, panel in enumerate(shown)))
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool:
-        """Leave the keys to other plots out where there is one."""
+        """Leave the keys to other plots out if there are none."""
         return action != "turn" or len(self._pages) > 1
 
     def action_draw_large(self) -> None:

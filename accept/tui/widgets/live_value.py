@@ -212,7 +212,7 @@ def _large(number: str) -> list[str]:
 
 
 def _digits(value: Measured, seen: Sequence[float]) -> str:
-    """Return a value with as many decimals as those seen before, so that its point stays where it is."""
+    """Return a value with as many decimals as those seen before, so that its point stands still."""
     return with_U(value.value, value.U).partition(" ")[0] if value.U else alike(value.value, seen, 5)
 
 
