@@ -80,10 +80,9 @@ def of_16(one: Theme) -> Theme:
     """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has. On light, frames and
     chips take a grey of these: their own is the white of the ground."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
-    one = replace(one, success=green, error=red, warning=yellow)
-    if one.dark:
-        return one
-    return replace(one, panel=_16_GREY, variables=one.variables | {"block-cursor-background": _16_GREY})
+    chip = {} if one.dark else {"block-cursor-background": _16_GREY}
+    panel = one.panel if one.dark else _16_GREY
+    return replace(one, success=green, error=red, warning=yellow, panel=panel, variables=one.variables | chip)
 
 
 def asked_for() -> str:
