@@ -174,7 +174,7 @@ def test_a_sentence_goes_on_behind_its_number_or_mark(mark: str) -> None:
 
 
 async def test_the_line_with_the_cursor_stays_in_sight_on_a_small_terminal() -> None:
-    """Red before: it was out of sight when the reason of a refusal above it went."""
+    """Seen in a terminal: it went out of sight when the reason of a refusal above it was gone."""
     async with running(loader("apa-basic"), (80, 24)) as pilot:
         await begin(pilot)
         await press(pilot, "enter")
