@@ -125,8 +125,8 @@ def _exit(report: Verification, missing: Sequence[str]) -> Exit:
 
 
 def _of_many(found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None) -> Answer:
-    """Return a row for each certificate, those that are not valid or not as required with the reason, and a count; the
-    exit code is the worst."""
+    """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
+    reason, and a count; the exit code is the worst."""
     exits = [_exit(report, missing) for _, report, missing in found]
     wrong = [n for n, exit in enumerate(exits) if exit is not Exit.ACCEPTED]
     shown = (
@@ -140,7 +140,7 @@ def _of_many(found: Sequence[tuple[Path, Verification, list[str]]], json: Path |
         File(json, documents),
         table(("certificate", "serial", "verdict", "is", "signed by"), shown, **PLAIN),
         *(f"{one_line(str(path))}: {'; '.join((report.reason, *missing))}" for path, report, missing in
-          (found[n] for n in wrong)),
+          (each for n, each in enumerate(found) if n in wrong or each[1].remarks)),
         f"{len(found) - len(wrong)} of {len(found)} certificates are valid"
         + (" and as required" if any(missing for *_, missing in found) else ""),
         exit=worst,

@@ -47,6 +47,12 @@ class Pictures(Vertical):
     def __init__(self) -> None:
         super().__init__(id="pictures")
         self.panels: Mapping[str, Panel] = {}
+        self.is_tab = False  # on a small terminal, which has no room for them beside the form
+
+    def be_tab(self, shown: bool) -> None:
+        """Take the place of the form on a small terminal, or leave it."""
+        self.is_tab = shown
+        self._draw()
 
     def compose(self) -> ComposeResult:
         yield Horizontal(classes="panels")
@@ -65,7 +71,7 @@ class Pictures(Vertical):
     def _shown(self) -> list[Panel]:
         width, height = self.app.size
         beside = 3 if width >= _HUGE_FROM else 1 if TARGET in self.panels and height < _TALL_FROM else 2
-        return list(self.panels.values())[: beside if width >= WIDE_FROM else 0]
+        return list(self.panels.values())[: beside if width >= WIDE_FROM else int(self.is_tab)]
 
     def _draw(self) -> None:
         """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old

@@ -340,7 +340,7 @@ class StepDialogue:
         """Return whether a key has a meaning at this step."""
         if key == "ctrl+r":
             return self.facts.training
-        if key == "f6":
+        if key == "ctrl+f":
             return len(self.step.check.forms) > 1 and not self.step.derived
         return not self.step.derived or key in ("enter", "f3", "f5", "f9", "f10", "ctrl+d")
 
@@ -348,7 +348,7 @@ class StepDialogue:
     def idle_keys(self) -> set[str]:
         """Return the keys that only say why they do nothing at present."""
         if self.measures:
-            return {"enter", "ctrl+k", "ctrl+r", "ctrl+z", *(f"f{n}" for n in (2, 3, 4, 6, 8, 9, 10))}
+            return {"enter", "ctrl+f", "ctrl+k", "ctrl+r", "ctrl+z", *(f"f{n}" for n in (2, 3, 4, 8, 9, 10))}
         more = {key for key, active in {"ctrl+k": self.in_question, "f10": self.complete}.items() if not active}
         if not self.lines:
             return more
