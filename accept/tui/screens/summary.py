@@ -236,6 +236,7 @@ class Summary(Scanning):
             self.query_one("#verdict", Static).update("Not evaluated. F8: evaluate again, Esc: back to the steps")
         self.query_one("#who", Static).update(_sign_words(d))
         self.query_one("#sign").set_class(d.facts.certificate is None and d.facts.result is not None, "todo")
+        self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if something is longer than its room
         if d.facts.result is None:
             return
         if d.facts.result is not self._shown:
@@ -248,7 +249,6 @@ class Summary(Scanning):
             self._told = d.row, d.detail
             self.query_one("#detail", Static).update(_detail(d))
             self.query_one("#why", VerticalScroll).scroll_home(animate=False)
-            self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if something is longer than its room
 
     def _show_result(self, result: UnitRecord) -> None:
         d, sign = self.dialogue, signs.UNITS[result.word]
