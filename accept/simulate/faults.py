@@ -132,26 +132,31 @@ FAULTS: Mapping[str, UnitFault] = {
         unexplained=(("axial_resonance_Hz", "fail"),),  # an APA's stiffness by the added mass tells of it
         remedy=Remedy("put the payload that was stated on the bench"),
     ),
-    "polarity": _at_rig("Vs is reversed", KINDS, _turn, "reverse the connection of sensor stack Vs"),
+    "polarity": _at_rig("sensor stack Vs is reversed", KINDS, _turn, "reverse the connection of sensor stack Vs"),
     "exchanged": _at_rig(
-        "de and da exchanged", ("strut",), _exchange, "exchange the plugs of encoder de and interferometer da"
+        "encoder de and interferometer da are exchanged",
+        ("strut",),
+        _exchange,
+        "exchange the plugs of encoder de and interferometer da",
     ),
     "offset": _at_rig(
-        "de is stored three samples late",
+        "encoder de is stored three samples late",
         WITH_ENCODER,
         _late,
         "correct the acquisition settings, by which encoder de is stored with an offset",
     ),
     "dead_encoder": _at_rig(
-        "de stands still but for its last digit", WITH_ENCODER, _dead, "check plug and supply of encoder de"
+        "encoder de stands still but for its last digit", WITH_ENCODER, _dead, "check plug and supply of encoder de"
     ),
     "dead_sensor": _at_rig(
-        "Vs is noise alone",
+        "sensor stack Vs is noise alone",
         ("strut-plates",),  # to the others it would deal out other faults by the seeds of their trainings
         _silent,
         "check the plug of sensor stack Vs",
     ),
-    "clipped": _at_rig("Vs leaves the converter's range", KINDS, _clip, "set the range of sensor stack Vs higher"),
+    "clipped": _at_rig(
+        "sensor stack Vs leaves the converter's range", KINDS, _clip, "set the range of sensor stack Vs higher"
+    ),
     "truncated": UnitFault(
         "the high record ends in the middle of the file",
         KINDS,

@@ -44,7 +44,7 @@ class BenchApp(InOrder):
     CSS_PATH = "style.tcss"
     COMMANDS = {BenchCommands}  # noqa: RUF012 - declared so by textual
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide"), (170, "-huge")]  # noqa: RUF012 - declared so by textual
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall")]  # noqa: RUF012 - as above
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall"), (32, "-high")]  # noqa: RUF012 - as above
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
         Binding("f12", "light_or_dark", "Light or dark", priority=True, show=False),
@@ -175,7 +175,7 @@ class BenchApp(InOrder):
         if unit is None:
             return queue.nothing_waits
         left = sum(one.serial not in (session.serial, unit.serial) for one in waiting.units)
-        more = f"{left} more wait" if left else "the last one"
+        more = f"{left} more wait{'s' * (left == 1)}" if left else "the last one"
         await self.go_to(unit.serial, unit.kind, queue, f"{words}Now {unit.serial}, {more}")
         if self.queue is not None:
             self.queue = goes_on or self.queue

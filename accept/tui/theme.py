@@ -70,15 +70,19 @@ ANSI_LIGHT = TerminalTheme(
 # A terminal of 16 colours takes the nearest of them, which for ours are greys: there these stand for them, themselves
 # among the 16 (bright on dark, full on light).
 _16_ON_DARK = "#000000", "#ff5555", "#55ff55", "#ffff55", "#5555ff", "#ff55ff", "#55ffff", "#ffffff"
+_16_GREY = "#aaaaaa"
 _16_ON_LIGHT = "#000000", "#aa0000", "#00aa00", "#aa5500", "#0000aa", "#aa00aa", "#00aaaa", "#000000"
 ANSI_DARK_16 = TerminalTheme((0, 0, 0), (255, 255, 255), _rgb(*_16_ON_DARK))
 ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT))
 
 
 def of_16(one: Theme) -> Theme:
-    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has."""
+    """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has. On light, frames and
+    chips take a grey of these: their own is the white of the ground."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
-    return replace(one, success=green, error=red, warning=yellow)
+    chip = {} if one.dark else {"block-cursor-background": _16_GREY}
+    panel = one.panel if one.dark else _16_GREY
+    return replace(one, success=green, error=red, warning=yellow, panel=panel, variables=one.variables | chip)
 
 
 def asked_for() -> str:

@@ -17,6 +17,7 @@ from accept.base.home import home
 from accept.judging import default_spec, load_spec
 from accept.models.model_file import SIMULATED_MODEL, open_model
 from accept.pictures.labels import label_of
+from accept.pictures.words import pretty
 from accept.simulate import FAULTS, UnitRequest, simulate
 from accept.simulate.bench_truth import world_of
 from accept.simulate.faults import Remedy, remedies
@@ -270,7 +271,7 @@ def possible_faults(kind: str) -> list[str | None]:
 
 
 def _choice_words(fault: str | None) -> str:
-    return "nothing: it is a good unit" if fault is None else FAULTS[fault].words
+    return "nothing: it is a good unit" if fault is None else pretty(FAULTS[fault].words)
 
 
 def hidden_words(fault: str | None, kind: str) -> str:
@@ -282,7 +283,7 @@ def hidden_words(fault: str | None, kind: str) -> str:
     hidden = FAULTS[fault]
     before, after = hidden.shown(kind), hidden.shows
     explained = f"; after the gap analysis: {_said(after)}" if after != before else ""
-    return f"Hidden in this unit: {hidden.words}.\nIt shows so: {_said(before)}{explained}."
+    return f"Hidden in this unit: {pretty(hidden.words)}.\nIt shows so: {_said(before)}{explained}."
 
 
 def _said(shows: Sequence[tuple[str, str]]) -> str:

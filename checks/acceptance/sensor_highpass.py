@@ -187,7 +187,7 @@ PICTURE = """\
    sensor stack
      ├───┬──────── ADC (Vs)
     ═╪═ ┌┴┐
-     │  │R│ 80.6 kOhm
+     │  │R│ 80.6 kΩ
      │  └┬┘ 1 with R
      └───┴── 0 V   2 without"""
 

@@ -6,10 +6,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from inspect import isawaitable
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
-from textual.binding import Binding, BindingType
+from textual.binding import ActiveBinding, Binding, BindingType
 from textual.reactive import Reactive
 from textual.screen import Screen
 from textual.timer import Timer
@@ -75,6 +76,7 @@ class Working(Screen[T]):
         self._ended = asyncio.Event()  # of what was sent
         self._clock: Timer | None = None
         self.dialogue: Any = None  # its state
+        self._keys_of: Any = None  # that the row of keys was made for
         self.told = Toast("")  # last
         self.progress = ""  # progress of a slow step, set from its thread
         self.stop: Callable[[], None] | None = None  # ends a computation that is under way
@@ -121,6 +123,9 @@ class Working(Screen[T]):
             self.say(turn.words.text, turn.words.role)
         self.dialogue = turn.state
         await self.draw()
+        if self.dialogue != self._keys_of:
+            self._keys_of = self.dialogue
+            self.refresh_bindings()
         for effect in turn.effects:
             if effect is Common.BELL:
                 self.app.bell()
@@ -144,6 +149,18 @@ class Working(Screen[T]):
 
     async def action_press(self, key: str) -> None:
         await self.answer(self.press, key)
+
+    @property
+    def active_bindings(self) -> dict[str, ActiveBinding]:
+        """Return the bindings as the dialogue calls them, those that do nothing at present out of the row of keys."""
+        idle, called = getattr(self.dialogue, "idle_keys", ()), getattr(self.dialogue, "called", {})
+        bindings = super().active_bindings
+        for key, active in bindings.items():
+            if active.node is self:
+                own = active.binding
+                own = replace(own, show=own.show and key not in idle, description=called.get(key, own.description))
+                bindings[key] = active._replace(binding=own)
+        return bindings
 
     @property
     def idle(self) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Protocol, cast
 
+from textual.containers import VerticalScroll
 from textual.events import Key
 
 from accept.tui.background.busy_screen import KnowsPassphrases, Then, Working, after
@@ -71,6 +72,11 @@ class Scanning(Working[bool]):
         """Go back once all is saved; what takes long is stopped first."""
         await self.saved()
         self.stop_or(lambda: self.leave(False))
+
+    def action_page(self, way: int) -> None:
+        """Scroll what is longer than its room."""
+        for part in self.query(VerticalScroll):
+            part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
 
     def takes_scans(self) -> bool:
         """Return whether letters are a serial."""

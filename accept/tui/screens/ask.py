@@ -130,9 +130,10 @@ class Choice(ModalScreen[int | None]):
         *(Binding(number, f"take({place})", show=False) for place, number in enumerate(NUMBERS)),
     ]
 
-    def __init__(self, title: str, words: str, options: Sequence[str]) -> None:
+    def __init__(self, title: str, words: str, options: Sequence[str], leave: str = "cancel") -> None:
+        """Make the question. leave: what Escape does."""
         super().__init__()
-        self._title, self._words, self._options = title, words, options
+        self._title, self._words, self._options, self._leave = title, words, options, leave
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as dialog:
@@ -142,7 +143,7 @@ class Choice(ModalScreen[int | None]):
                 f"{n}  {words}" if n <= len(NUMBERS) else f"   {words}" for n, words in enumerate(self._options, 1)
             ]
             yield OptionList(*numbered, markup=False, id="choices")
-            yield Label("Enter or its number: choose    Esc: cancel", classes="quiet")
+            yield Label(f"Enter or its number: choose    Esc: {self._leave}", classes="quiet")
 
     def on_mount(self) -> None:
         self.set_focus(self.query_one(OptionList))
@@ -165,11 +166,11 @@ class Help(ModalScreen[bool]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,enter", "leave", "Back"),
         Binding("f1", "leave", show=False),
-        Binding("f4", "leave(True)", show=False),
+        Binding("f10,f4", "leave(True)", show=False),
     ]
 
     def __init__(self, title: str, text: str, further: str = "") -> None:
-        """Make the page. further: what F4 does on the screen behind, which it does from here too; "" for nothing."""
+        """Make the page. further: what F10 does on the screen behind, which it does from here too; "" for nothing."""
         super().__init__()
         self._title, self._text, self._further = title, text, further
 
@@ -177,7 +178,7 @@ class Help(ModalScreen[bool]):
         with VerticalScroll(classes="dialog") as dialog:
             dialog.border_title = Content(self._title)
             yield Hanging(self._text)
-            further = f"    F4: {self._further}" if self._further else ""
+            further = f"    F10: {self._further}" if self._further else ""
             yield Static(f"\nEnter or Esc: close{further}", classes="quiet")
 
     def action_leave(self, further: bool = False) -> None:

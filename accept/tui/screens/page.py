@@ -120,7 +120,3 @@ class Page(Scanning):
     async def action_leave(self) -> None:
         if not self.leave_tab():
             await super().action_leave()
-
-    def action_page(self, way: int) -> None:
-        body = self.query_one("#body", VerticalScroll)
-        body.scroll_relative(y=way * max(1, body.size.height - 2), animate=False)

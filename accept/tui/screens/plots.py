@@ -29,7 +29,7 @@ class Plots(Screen[None]):
         Binding("left,pageup,backspace", "turn(-1)", "Previous plot"),
         Binding("f2", "draw_large", "File"),
         Binding("escape,enter", "leave", "Back"),
-        Binding("f1", "app.help", show=False),
+        Binding("f1", "app.help", "Help"),
     ]
 
     def __init__(
@@ -59,6 +59,10 @@ class Plots(Screen[None]):
         await holder.remove_children()
         if holder.is_attached:  # left while the old ones went
             await holder.mount(*(PanelView(panel, titled=n > 0) for n, panel in enumerate(shown)))
+
+    def check_action(self, action: str, _: tuple[object, ...]) -> bool:
+        """Leave the keys to other plots out if there are none."""
+        return action != "turn" or len(self._pages) > 1
 
     def action_draw_large(self) -> None:
         """Draw the panels as the certificate has them: in a browser they are shown there, else written to a file."""

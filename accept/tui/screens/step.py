@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import ActiveBinding, Binding, BindingType
+from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
@@ -43,7 +43,7 @@ from accept.workflow.effects.serve_step import StepService, changed_words, saved
 from accept.workflow.entry.record_folder import age_words
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import has_files
-from accept.workflow.steps.section import repeated
+from accept.workflow.steps.section import counted, repeated
 from checks.declare import Measured, Series
 
 _COURSE = 16  # columns of how a record runs
@@ -93,9 +93,8 @@ class StepScreen(Page):
         self.dialogue: StepDialogue = dialogue.opening(self.step, self.service.facts(None)).state
         self._shown: object = None  # that the parts above the fields were drawn from
         self._fields: Sequence[Field] = ()
+        self._stood: object = None  # the cursor, and below which lines there was a reason
         self._courses: dict[str, Sequence[float]] = {}  # of stored records, by file
-        self._other_forms = ""  # and the key that changes to them
-        self._keys_of: StepDialogue | None = None  # that the row of keys was made for
         self._laying_out = asyncio.Lock()
         self._gauge = Gauge()  # not shown at a derived step, which has nothing to follow
         self._guides = [Hanging(self.step.guide.picture, id="guide")] if self.step.guide.picture else []
@@ -283,12 +282,13 @@ class StepScreen(Page):
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
             self.set_focus(line)
+        stands = d.cursor, [d.reason(n)[1] for n in range(len(d.lines))]
+        if line is not None and stands != self._stood:  # reasons that come and go below other lines move it
+            self.call_after_refresh(line.scroll_visible, animate=False)
+        self._stood = stands
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
-        if d != self._keys_of:
-            self._keys_of = d
-            self.refresh_bindings()
 
     def _show_fields(self) -> None:
         d = self.dialogue
@@ -326,14 +326,11 @@ class StepScreen(Page):
             self.aside(read, done, f"course {unread[0][1]}")
 
     async def _lay_out(self) -> None:
-        d, forms = self.dialogue, self.step.check.forms
-        others = ", ".join(f.name for f in forms if f is not d.form)
-        self._other_forms = f"^F: {others}" if others else ""
         self._fields = ()
         await self.query_one("#fields").remove_children()
         if not self.alive:  # left while the old fields went
             return
-        fields = [Field(line.place) for line in d.lines]
+        fields = [Field(line.place) for line in self.dialogue.lines]
         await self.query_one("#fields").mount(*fields)
         self._fields = fields
         self._show_count()
@@ -353,9 +350,9 @@ class StepScreen(Page):
         )
         notes = self.query_one("#notes", Hanging)
         earlier = self.session.judgements.earlier
-        told = limits_text(self.step, earlier) if judgement is None else notes_text(judgement)
-        notes.display, notes.border_title = bool(told), "Limits" if judgement is None else "Notes"
-        notes.hang(told)
+        notes.display = judgement is None or bool(judgement.notes)
+        notes.border_title = "Limits" if judgement is None else "Notes"
+        notes.fit(lambda room: limits_text(self.step, earlier, room) if judgement is None else notes_text(judgement))
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
         self.pictures.show(panels)
@@ -363,11 +360,13 @@ class StepScreen(Page):
         self.show_around()
 
     def _show_count(self) -> None:
-        """Show how many of the entries are there, and the other way to give them."""
+        """Show how many of the entries are there, of those that are needed, and the other way to give them."""
         d = self.dialogue
         for card in self.query("#entries"):
-            given = sum(d.has(n) for n in range(len(d.lines)))
-            words = [f"{given} of {len(d.lines)}", self._other_forms]
+            given, wanted = counted(d.form, d.facts.state)
+            optional = f"{len(d.lines) - wanted} optional" if len(d.lines) > wanted else ""
+            others = ", ".join(form.name for form in self.step.check.forms if form is not d.form)
+            words = [f"{given} of {wanted}", optional, f"^F: {others}" if others else ""]
             entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
 
     def on_input_changed(self) -> None:
@@ -417,18 +416,6 @@ class StepScreen(Page):
     @property
     def main_key(self) -> str:
         return self.dialogue.main_key
-
-    @property
-    def active_bindings(self) -> dict[str, ActiveBinding]:
-        """Return the bindings as they are called here, those that do nothing at present out of the row of keys."""
-        idle, called = self.dialogue.idle, self.dialogue.called
-        bindings = super().active_bindings
-        for key, active in bindings.items():
-            if active.node is self:
-                own = active.binding
-                own = replace(own, show=own.show and key not in idle, description=called.get(key, own.description))
-                bindings[key] = active._replace(binding=own)
-        return bindings
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""

@@ -162,16 +162,11 @@ class Steps(Scanning):
         entitle(self.query_one("#todo"), *((GAP_TITLE,) if step is None else head(self.session, step)))
         self.query_one("#words", Hanging).hang(what_to_do(WORDS) if step is None else instructions(step))
         self.query_one("#guide", Hanging).hang(Text("" if step is None else step.guide.picture))
-        text = held_words(self.session.judgements.nonconformances)
-        text.append("\n\n" if text else "")
-        found = self.session.gap.found
-        gap = Text("Not analysed yet", "dim") if found is None else answer(found)
-        text.append_text(gap if step is None else card(self.session, step))
         entitle(
             self.query_one("#form"),
             "Limits" if step is not None and not self.session.state(step.name).entries else "Result",
         )
-        self.query_one("#card", Hanging).hang(text)
+        self.query_one("#card", Hanging).fit(partial(card, self.session, step))
 
     def _stand_at_next(self) -> None:
         step = self.session.judgements.next_step()
@@ -318,16 +313,22 @@ def instructions(step: WorkflowStep) -> Text:
     return text.append("\n").append_text(more) if more else text
 
 
-def card(session: Session, step: WorkflowStep) -> Text:
-    """Return what was found where the step is judged; before that where it stands, and its limits."""
-    judgements, stands = session.judgements, standing(session, step)
-    judgement = judgements.of_step(step.name)
+def card(session: Session, step: WorkflowStep | None, room: int) -> Text:
+    """Return what holds the unit, and what was found where a step is judged; before that where it stands, and its
+    limits. step: None for the gap analysis; room: columns."""
+    judgements, found = session.judgements, session.gap.found
+    text = held_words(judgements.nonconformances)
+    text.append("\n\n" if text else "")
+    if step is None:
+        return text.append_text(Text("Not analysed yet", "dim") if found is None else answer(found))
+    judgement, stands = judgements.of_step(step.name), standing(session, step)
     if judgement is not None and not stands:
-        text = findings_text(step.check, judgement, judgements.usual, judgements.action_at_source(step) or "")
+        first = judgements.action_at_source(step) or ""
+        text.append_text(findings_text(step.check, judgement, judgements.usual, first, room=room))
         text.append("\n" if judgement.notes else "").append_text(notes_text(judgement))
     else:
-        text = Text().append(f"{stands}\n\n" if stands else "", "bold yellow")
-        text.append_text(limits_text(step, judgements.earlier))
+        text.append(f"{stands}\n\n" if stands else "", "bold yellow")
+        text.append_text(limits_text(step, judgements.earlier, room))
     for note in session.state(step.name).notes:
         text.append(f"\n{note_words(note)}", HELD if note.nonconformance else "dim")
     return text

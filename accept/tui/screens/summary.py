@@ -9,7 +9,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -27,8 +26,7 @@ from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import limit_bar, limits, numbers, usual_words
-from accept.tui.widgets.plan import bar_of
+from accept.tui.widgets.limit_bar import blocks, limit_bar, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
@@ -43,7 +41,7 @@ SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if 
 _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 _COLUMNS = "", "Quantity", "Value ± U", "Limits", "Verdict"
-_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 40
+_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 80
 _MARK = 4  # columns of the marks, and the last one
 
 
@@ -106,9 +104,6 @@ class Summary(Scanning):
         for part, title in (("found", "Findings"), ("noted", "Notes"), ("sign", "Sign"), ("paper", "Certificate")):
             self.query_one(f"#{part}").border_title = title
         if self.alive:
-            table = self.query_one(DataTable)
-            table.add_columns(*_COLUMNS)
-            table.visible = False  # its head alone says nothing
             await self.follow(dialogue.opening(self.at_present().state.facts))
 
     def takes_scans(self) -> bool:
@@ -140,8 +135,8 @@ class Summary(Scanning):
                 ask_remedy(self, lambda _: self.leave(False))
             case Do.TELL_HIDDEN if (unit := self.bench.training) is not None:
                 if choices := unit.choices:
-                    words = "Guess before it is told. Esc: tell me"
-                    asked = Choice("Training: what is wrong with this unit?", words, choices)
+                    words = "Guess before it is told."
+                    asked = Choice("Training: what is wrong with this unit?", words, choices, "tell me")
                     self.app.push_screen(
                         asked, lambda n: self._tell_hidden("" if n is None else f"{unit.guess(n)}\n\n")
                     )
@@ -272,11 +267,13 @@ class Summary(Scanning):
         labels = [label_of(f.quantity) for f in d.findings]
         values = aligned([pretty(numbers(f.value, f.U, f.unit)) if f.value is not None else "-" for f in d.findings])
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
-        taken = _MARK + sum(max(map(len, column), default=0) + 2 for column in (labels, values, words))
-        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, table.size.width - taken))
-        table.visible = True
+        taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
+        room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
+        said = max(map(len, (_COLUMNS[-1], *words)))
+        worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
+        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))
         table.clear(columns=True)
-        table.add_columns(*_COLUMNS)
+        table.add_columns(*_COLUMNS[: 4 + worded])
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
             bar = limit_bar(f.value, f.U, f.lower, f.upper, gauge, d.facts.usual.get(f.quantity))
@@ -285,7 +282,7 @@ class Summary(Scanning):
                 f"{label}  ",
                 Text(f"{value}  ", "bold"),
                 Text(f"{bar}  ", status.style),
-                Text(word, status.style),
+                *([Text(word, status.style)] if worded else []),
             )
         table.move_cursor(row=row)
 
@@ -297,18 +294,10 @@ class Summary(Scanning):
             self.call_after_refresh(self._show_table, max(0, self.dialogue.row))
         self.call_after_refresh(self.refresh_bindings)
 
-    def action_page(self, way: int) -> None:
-        for part in self.query(VerticalScroll):
-            part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere, and one that has nothing more to show."""
         if action == "page":
             return any(part.max_scroll_y > 0 for part in self.query(VerticalScroll))
-        if parameters == ("f8",):
-            return bool(self.dialogue.failed)
-        if parameters == ("ctrl+e",):
-            return self.dialogue.facts.certificate is not None
         return parameters != ("ctrl+r",) or self.bench.training is not None
 
     @property
@@ -347,17 +336,16 @@ def _detail(d: SummaryDialogue) -> Text:
     text = Text(f"{limits(f.lower, f.upper, f.unit)}   ", "bold")
     text.append(pretty(d.detail), "not bold default")
     if earlier:
-        series = np.array(earlier[::-1])
-        bars = "".join(bar_of(value, series)[0] for value in series)
-        text.append(f"\nlast {len(series)} units {bars}{usual_words(d.facts.usual.get(f.quantity))}", "not bold dim")
+        bars = blocks(earlier[::-1], len(earlier))
+        text.append(f"\nlast {len(earlier)} units {bars}{usual_words(d.facts.usual.get(f.quantity))}", "not bold dim")
     return text
 
 
 def aligned(values: Sequence[str]) -> list[str]:
     """Return values with U below each other at their sign."""
-    parts = [value.partition(" ± ") for value in values]
+    parts = [value.partition(" ± " if " ± " in value else " ") for value in values]
     before, behind = (max((len(part[n]) for part in parts), default=0) for n in (0, 2))
-    return [f"{number:>{before}}{sign}{U}".ljust(before + 3 + behind) for number, sign, U in parts]
+    return [f"{number:>{before}}{sign:<3}{U}".ljust(before + 3 + behind) for number, sign, U in parts]
 
 
 def _sign_words(d: SummaryDialogue) -> Text:
@@ -373,6 +361,9 @@ def _sign_words(d: SummaryDialogue) -> Text:
         text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
         return text.append("\n\nQA countersigns afterwards: ^T", "dim")
     text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")
+    if d.awaits_qa:
+        words = "QA countersigns" if d.accepted else "QA decides about it; set it aside"
+        text.append("\n\n ^T ", "bold").append(words, "not bold default")
     return text.append("\n\n F10 ", "bold").append("next unit", "not bold default")
 
 

@@ -32,6 +32,9 @@ class Card(Vertical):
         super().__init__(*parts, id=id, classes="card")
         self.border_title = title
 
+    def on_resize(self) -> None:
+        self.refresh()  # the library keeps rows that were drawn for another height, and with them no lower border
+
 
 def put(shown: Static, content: Text | str) -> None:
     """Show a text, if it is another: what is updated is laid out and sent anew."""

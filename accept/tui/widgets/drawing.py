@@ -6,7 +6,7 @@ from accept.tui.widgets.fields import SAVED
 from accept.workflow.dialogue.step_state import StepDialogue
 
 _NOW = "bold blue"
-_MOST = 6  # lines that are listed; more are counted
+_MOST = 6  # lines that are listed; of more the present one
 
 
 def drawing_text(d: StepDialogue) -> Text:
@@ -26,8 +26,6 @@ def drawing_text(d: StepDialogue) -> Text:
 def _states(d: StepDialogue) -> Text:
     text, lines = Text(), d.lines
     if len(lines) > _MOST:
-        given = sum(map(d.has, range(len(lines))))
-        text.append(f"{given} of {len(lines)} taken\n", "dim")
         lines = () if d.here is None else (d.here,)
     for line in lines:
         n = d.at(line.place.key)

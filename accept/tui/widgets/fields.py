@@ -6,7 +6,7 @@ from textual.widgets import Input, Label, Static
 
 from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
-from accept.tui.widgets.limit_bar import after_number, numbers
+from accept.tui.widgets.limit_bar import after_number, alike, numbers
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.state.unit_state import StepState
@@ -90,6 +90,4 @@ def _aligned(place: FieldPlace, step: WorkflowStep, state: StepState, value: flo
     """Return a value of a list with as many decimals as the others of it, so that the points stand below each other."""
     name, size = place.declared.name, getattr(place.declared, "size", 0)
     taken = [repeated(state.readings(name, index), step.asked, "") for index in range(size)]
-    written = [f"{one.value:.6g}" for one in taken if one is not None]
-    decimals = max((len(words.partition(".")[2]) for words in written if "e" not in words), default=0)
-    return f"{value:7.{decimals}f}" if all("e" not in words for words in written) else f"{value:7.6g}"
+    return f"{alike(value, [one.value for one in taken if one is not None], 6):>7}"

@@ -11,7 +11,7 @@ from accept.judging.advice import ADVICE, advice
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
-from accept.tui.widgets.hanging import Hanging
+from accept.tui.widgets.hanging import ROOM, Hanging
 from accept.tui.widgets.limit_bar import (
     below_bar,
     coloured,
@@ -29,9 +29,8 @@ from checks.verdict import Finding
 
 NO_USUAL: Mapping[str, float] = MappingProxyType({})
 _ABOVE = "as above"  # of a reason that another finding gave
-_STRIP, _LEAST_STRIP = 30, 18  # columns of the drawn bar
+_STRIP, _LEAST_STRIP, _LIMITS = 30, 18, 44  # columns of the drawn bar; the last without a value
 _FEW = 3  # findings that are drawn with their limits; more stand in a table, so that all of them are seen
-ROOM = 59  # columns beside the steps at 80: a limit that has no room there stands whole on the next line
 
 
 class Findings(Hanging):
@@ -42,7 +41,6 @@ class Findings(Hanging):
     def __init__(self, *, id: str) -> None:
         super().__init__(id=id, classes="card")
         self.border_title = "Result"
-        self._shown: tuple[Check, StepJudged | None, str, Mapping[str, float], str] | None = None
 
     def show(
         self,
@@ -52,24 +50,17 @@ class Findings(Hanging):
         usual: Mapping[str, float] = NO_USUAL,
         first: str = "",
     ) -> None:
-        self._shown = check, judgement, words, usual, first
         status = of_findings(judgement.findings) if judgement is not None else None
         self.set_class(status is Status.FAIL, "bad")
         self.set_class(status in (Status.NO_RESULT, Status.CONDITIONAL), "todo")
         self.display = bool(words or judgement is not None)
-        self._draw()
 
-    def on_resize(self) -> None:
-        self._draw()
+        def text_of(room: int) -> Text:
+            if judgement is None:
+                return Text(words, "dim")
+            return findings_text(check, judgement, usual, first, whole=self.whole, room=room)
 
-    def _draw(self) -> None:
-        if self._shown is None:
-            return
-        check, judgement, words, usual, first = self._shown
-        text, room = Text(words, "dim"), self.size.width or ROOM
-        if judgement is not None:
-            text = findings_text(check, judgement, usual, first, whole=self.whole, room=room)
-        self.hang(text)
+        self.fit(text_of)
 
 
 def findings_text(
@@ -146,8 +137,9 @@ def finding_row(f: Finding, name: int, value: int, room: int = ROOM) -> Text:
     text = Text.assemble((f"{status.mark} {label_of(f.quantity):<{name}}  ", status.style))
     bounds = limits(f.lower, f.upper, f.unit)
     fits = 2 + name + 2 + value + 2 + len(bounds) <= room
-    if 2 + name + 2 + value > room:  # value and limits share the next line
-        text, fits = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style)), True
+    if 2 + name + 2 + value > room:  # value and limits share the next line, or have one each
+        text = Text.assemble((f"{status.mark} {label_of(f.quantity)}\n    ", status.style))
+        fits = 4 + value + 2 + len(bounds) <= room
     text.append(f"{_value(f):<{value}}", "bold").append(f"{'  ' if fits else chr(10) + '    '}{bounds}\n", "dim")
     if f.reason and not (f.reason == _ABOVE and f.value is None):
         text.append(f"    {pretty(f.reason)}\n", status.style)
@@ -160,9 +152,10 @@ def _value(f: Finding) -> str:
     return numbers(f.value, f.U, f.unit)
 
 
-def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], width: int = 44) -> Text:
-    """Return the limits of a step, each with the values of the units before, and the forms in which it can be given."""
-    text = Text()
+def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], room: int) -> Text:
+    """Return the limits of a step, each with the values of the units before, and the forms in which it can be given.
+    room: columns."""
+    text, width = Text(), min(_LIMITS, room - 2)
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())
         usual = median(values) if values else None

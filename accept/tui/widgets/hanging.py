@@ -1,18 +1,22 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
+import re
+from collections.abc import Callable
 from itertools import zip_longest
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
-from rich.padding import Padding
 from rich.segment import Segment
 from rich.text import Text
 from textual.geometry import Region
 from textual.widgets import Static
 
+ROOM = 59  # columns beside the steps at 80, before the first layout
+_INDENT = re.compile(r"^ *(?:(?:\d|[·▪▶✓✗○→]) )?")
+
 
 class Hung:
-    """A text, each line of which is folded under its indent."""
+    """A text, each line of which is folded under its first word, behind indent, number and mark."""
 
     def __init__(self, text: Text) -> None:
         self.text = text
@@ -24,10 +28,12 @@ class Hung:
     def __str__(self) -> str:
         return self.plain
 
-    def __rich_console__(self, _: Console, __: ConsoleOptions) -> RenderResult:
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for line in self.text.split("\n", allow_blank=True):
-            indent = len(line.plain) - len(line.plain.lstrip())
-            yield Padding(line[indent:], (0, 0, 0, indent))
+            indent = len(line.plain) - len(_INDENT.sub("", line.plain))
+            folded = line[indent:].wrap(console, max(1, options.max_width - indent)) or [Text()]
+            for n, part in enumerate(folded):
+                yield (Text(" " * indent) if n else line[:indent]).append_text(part)
 
 
 class Hanging(Static):
@@ -36,7 +42,17 @@ class Hanging(Static):
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
+        self._text_of: Callable[[int], Text] | None = None
         self._drawn: tuple[int, list[list[Segment]]] | None = None  # its width and lines
+
+    def fit(self, text_of: Callable[[int], Text]) -> None:
+        """Show a text that is made for so many columns, and made anew when there are others."""
+        self._text_of = text_of
+        self.on_resize()
+
+    def on_resize(self) -> None:
+        if self._text_of is not None:
+            self.hang(self._text_of(self.size.width or ROOM))
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:

@@ -89,7 +89,7 @@ class KeyRow(Static):
         return ShownKey(own.key, self.app.get_key_display(own), own.description, each.enabled, own.key == main)
 
     def _draw(self) -> None:
-        self.placed = placed(self.keys, self.size.width or self.app.size.width)
+        self.placed = placed(self.keys, self.size.width or self.app.size.width - self.gutter.width)
         key, chip = self._role("footer-key-foreground"), self._role("block-cursor-background")
         on_chip = self._role("block-cursor-foreground")
         text = Text(no_wrap=True)

@@ -118,6 +118,14 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
     return f"{with_U(value, U) if U > 0 else f'{rounded(value, U)} ± 0'}{of}"
 
 
+def alike(value: float, others: Sequence[float], digits: int) -> str:
+    """Return a number with as many decimals as the longest of the others has in so many digits."""
+    written = [f"{each + 0.0:.{digits}g}" for each in (value, *others)]  # no "-0"
+    if any("e" in words for words in written):
+        return written[0]
+    return f"{value + 0.0:.{max(len(words.partition('.')[2]) for words in written)}f}"
+
+
 def usual_words(usual: float | None) -> str:
     """Return what the tick in a bar is, "" without one."""
     return "" if usual is None else f"   {USUAL} usual {usual:.3g}"

@@ -19,6 +19,7 @@ from accept.tui.widgets.limit_bar import (
     USUAL,
     VALUE,
     after_number,
+    alike,
     below_bar,
     blocks,
     coloured,
@@ -119,7 +120,7 @@ class Gauge(Hanging):
         self._draw()
 
     def on_resize(self) -> None:
-        self._draw()
+        self._draw()  # with another layout on a small terminal
 
     def _draw(self) -> None:
         about, size = self._about, self.app.size
@@ -127,18 +128,19 @@ class Gauge(Hanging):
         title = about.label[:1].upper() + about.label[1:]
         entitle(self, f"Live · {title}" if about.name else f"Saved · {title}", "●" if about.name else "")
         self.set_class(bool(about.name), "live")
-        if about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS:
-            self.hang(large_text(about, self._value, self._fault, tuple(self._seen), self.size.width))
-        else:
-            self.hang(gauge_text(about, self._value, self._fault, self.size.width or _ROOM))
+        is_large = about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS
+        text_of = large_text if is_large else gauge_text
+        self.hang(text_of(about, self._value, self._fault, tuple(self._seen), self.size.width or _ROOM))
 
 
-def gauge_text(about: Followed, value: Measured | None, fault: str, room: int = _ROOM) -> Text:
-    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; room:
-    columns."""
+def gauge_text(
+    about: Followed, value: Measured | None, fault: str, seen: Sequence[float] = (), room: int = _ROOM
+) -> Text:
+    """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; seen: the
+    values of the last half minute; room: columns."""
     text, limit, usual = Text(), about.limit, about.usual
     if about.name:
-        text.append("now ", "dim").append("…" if value is None else _number(value, about.unit), "bold")
+        text.append("now ", "dim").append("…" if value is None else _number(value, about.unit, seen), "bold")
         text.append(f"  on {about.name}\n", "dim")
     if limit is not None:
         bounds = f"  {limits(limit.lower, limit.upper, limit.unit)}"
@@ -155,7 +157,7 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
     """Return what is live in rows that stay where they are. seen: the values of the last half minute."""
     text, limit = Text(), about.limit
     colour, width = _colour(value, limit), max(_STRIP, columns)
-    number = "-" if value is None else _digits(value)
+    number = "-" if value is None else _digits(value, seen)
     state = "" if limit is None or value is None else "inside" if _inside(value, limit) else "outside"
     of = f" {after_number(about.unit)}{f'   ± {value.U:.2g}' if value is not None and value.U else ''}"
     for row, drawn in enumerate(_large(number)):
@@ -173,7 +175,9 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         text.append(below_bar(at, limit.lower, limit.upper, width) + "\n", "dim")
         text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper, limit.unit)}")
         text.append(_earlier_words(about) + "\n", "dim")
-    text.append(" F3 Take ", "reverse bold").append(" …" if value is None else f" {_number(value, about.unit)}", "bold")
+    text.append(" F3 Take ", "reverse bold").append(
+        " …" if value is None else f" {_number(value, about.unit, seen)}", "bold"
+    )
     text.append(f"\nfrom {about.name}\n", "dim")
     return text.append_text(_fault_line(value, fault, width))
 
@@ -210,11 +214,10 @@ def _large(number: str) -> list[str]:
     return "".join(part.text for part in parts if isinstance(part, Segment)).splitlines()
 
 
-def _digits(value: Measured) -> str:
-    return with_U(value.value, value.U).partition(" ")[0] if value.U else f"{value.value + 0.0:.5g}"
+def _digits(value: Measured, seen: Sequence[float]) -> str:
+    """Return a value with as many decimals as those seen before, so that its point stands still."""
+    return with_U(value.value, value.U).partition(" ")[0] if value.U else alike(value.value, seen, 5)
 
 
-def _number(value: Measured, unit: str) -> str:
-    if value.U:
-        return numbers(value.value, value.U, unit)
-    return f"{value.value + 0.0:.5g}{after_number(unit)}"  # no "-0"
+def _number(value: Measured, unit: str, seen: Sequence[float]) -> str:
+    return numbers(value.value, value.U, unit) if value.U else f"{_digits(value, seen)}{after_number(unit)}"

@@ -53,14 +53,14 @@ def bar_of(z: float, among: Array) -> tuple[str, str]:
 
 def height_words(z: Array) -> list[str]:
     """Return heights with their decimal points below each other; nothing for one that is not known."""
-    written = [f"{v:+.1f}" if math.isfinite(v) else "" for v in z]
+    written = [f"{v:+z.1f}" if math.isfinite(v) else "" for v in z]
     longest = max(map(len, written), default=0)
     return [words.rjust(longest) for words in written]
 
 
 def _scale_words(z: Array) -> str:
     known = z[np.isfinite(z)]
-    return f"{BLOCKS[0]} {known.min():+.1f}  {BLOCKS[-1]} {known.max():+.1f}" if known.size else ""
+    return f"{BLOCKS[0]} {known.min():+z.1f}  {BLOCKS[-1]} {known.max():+z.1f}" if known.size > 1 else ""
 
 
 def _places(item: Heights, each: int, width: int, height: int) -> list[tuple[int, int]]:

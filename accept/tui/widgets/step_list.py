@@ -133,7 +133,8 @@ def result_words(session: Session, step: WorkflowStep, status: Status) -> Sequen
     judgement = session.judgements.of_step(step.name)
     note = "✎ " if session.state(step.name).notes else ""
     if judgement is None or status in UNFINISHED:
-        taken, wanted = counted(step, session.state(step.name))
+        state = session.state(step.name)
+        taken, wanted = counted(step.form(state.form), state)
         word = status.word if status is Status.REFUSED else f"{taken} of {wanted}" if taken and not step.derived else ""
         return f"{note}{word}", note
     found = judgement.findings
@@ -204,7 +205,8 @@ class UnitBar(Static):
     def show(self) -> None:
         spec = self._session.spec
         lines = [self._line(words) for words in (spec.title, f"spec {spec.name}", "")]
-        self.update(next((line for line in lines if line.cell_len <= self.size.width), lines[-1]))
+        room = self.size.width or self.app.size.width - self.gutter.width  # before the first layout
+        self.update(next((line for line in lines if line.cell_len <= room), lines[-1]))
 
     on_mount = on_resize = show
 
@@ -212,7 +214,7 @@ class UnitBar(Static):
         session = self._session
         done = sum(session.judgements.status(step) not in UNFINISHED for step in session.steps)
         count = f"{done} of {len(session.steps)} steps{'' if session.gap.responses is None else ', gap optional'}"
-        text = Text.assemble(("◆ accept  ", "bold yellow")) if self.size.width >= WIDE_FROM else Text()
+        text = Text.assemble(("◆ accept  ", "bold yellow")) if self.app.size.width >= WIDE_FROM else Text()
         text.append(f" {session.serial} ", "reverse bold").append(f"  attempt {session.attempt.number}")
         for words in (self._where, count, session.operator, spec):
             text.append("  ·  ", "dim").append(words) if words else None

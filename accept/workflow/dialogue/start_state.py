@@ -199,6 +199,24 @@ class StartDialogue:
             return f"{self.value('serial')} is new here.\nEsc: back to the units."
         return "No unit of this list has these letters in its serial.\nCtrl+U: all of them again."
 
+    @property
+    def called(self) -> dict[str, str]:
+        """Return the names of keys that are called otherwise at this moment."""
+        return {"enter": "Add"} if self.adds else {"enter": "Begin"} if self.begins or self.at_once else {}
+
+    @property
+    def idle_keys(self) -> set[str]:
+        """Return the keys that only say why they do nothing at present."""
+        queues = () if self.listed is None else self.listed.queues
+        does = {
+            "tab": self.adds or self.begins or len(queues) > 1,
+            "f8": self.meant is not None and not self.adds,
+            "ctrl+s": any(queue.to_sign for queue in queues),
+            "ctrl+o": self.cursor != "operator",
+            "ctrl+z": self.here is not None,
+        }
+        return {key for key, active in does.items() if not active}
+
 
 Turn = turn.Turn[StartDialogue]
 

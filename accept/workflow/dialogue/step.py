@@ -19,6 +19,7 @@ from accept.workflow.worker.not_done import STOPPED
 from checks.declare import CsvTable, Form, Measured, Scalar, Series, Vector
 
 _RUNNING = "Running. Esc: stop"
+_MEASURING = "Measuring. Esc stops it, and nothing of it is kept"
 _NO_ENTRIES = "Nothing to repeat: this step has no entries"
 
 
@@ -341,7 +342,8 @@ def not_stored(d: StepDialogue, entry: StoreEntry, why: str, is_there: bool = Fa
     if (n := d.at(entry.place)) is not None:
         d = d.with_line(n, text=d.lines[n].text or ("" if is_there else entry.text), refusal=f"✗ {why}", doubted=None)
     advice = why.rpartition("→ ")[2]
-    words = f"{PurePath(entry.text).name}: not taken. {advice[:1].upper()}{advice[1:]}" if is_there else why
+    repair = ". ^R: repair (training)" if d.facts.training else ""
+    words = f"{PurePath(entry.text).name}: not taken. {advice[:1].upper()}{advice[1:]}{repair}" if is_there else why
     return _say(d, words, "bad", *([Common.SELECT] if n == d.cursor else []), *looks(d), do.ReturnLater(entry.place))
 
 
@@ -377,8 +379,10 @@ def looked(d: StepDialogue, look: do.LookForRecords, found: Sequence[tuple[Form,
 
 def _found(d: StepDialogue, form: Form, found: Proposals, now: float) -> Turn:
     """Propose other records than before; the cursor goes to a new one unless its own line is begun."""
-    if form is not d.form or found == d.proposals:
+    if form is not d.form:
         return Turn(d)
+    if found == d.proposals:
+        return Turn(replace(d, looked=now))  # their age is shown
     before = [d.proposed(n) for n in range(len(d.lines))]
     d = replace(d, proposals=found, looked=now)
     new = [n for n, file in enumerate(before) if d.proposed(n) is not None and d.proposed(n) != file]
@@ -460,7 +464,7 @@ def _other_form(d: StepDialogue) -> Turn:
     )
 
 
-press: Callable[[StepDialogue, str], Turn] = by_key(
+_answered: Callable[[StepDialogue, str], Turn] = by_key(
     {
         "enter": _enter,
         "f2": _pick,
@@ -479,3 +483,8 @@ press: Callable[[StepDialogue, str], Turn] = by_key(
         "ctrl+z": lambda d: Turn(d, (Do.UNDO,)),
     }
 )
+
+
+def press(d: StepDialogue, key: str) -> Turn:
+    """Answer a key. While the whole step is measured none of them leaves it, which would lose what was measured."""
+    return _say(d, _MEASURING, "bad", Common.BELL) if d.measures and key in d.idle_keys else _answered(d, key)

@@ -281,7 +281,8 @@ class StepDialogue:
         """Return what the present line wants, and which key gives it."""
         damaged = next((n for n in range(len(self.lines)) if self.file(n) and not self.proposed(n)), None)
         if damaged is not None and self.cursor in (None, damaged):
-            return FootWords(f"{self.lines[damaged].place.name}: {ADVICE[Cause.FILE_DAMAGED]}. F2: another file", "bad")
+            way = "^R: repair (training)" if self.facts.training else "F2: another file"
+            return FootWords(f"{self.lines[damaged].place.name}: {ADVICE[Cause.FILE_DAMAGED]}. {way}", "bad")
         return FootWords(self.what_now)
 
     @property
@@ -298,11 +299,14 @@ class StepDialogue:
     @property
     def called(self) -> Mapping[str, str]:
         """Return the names of keys that are called otherwise at this step."""
-        return {"enter": self.enter_label} | ({"f3": "Compare"} if self.step.derived else {})
+        own = {"f3": "Compare"} if self.step.derived else {}
+        return {"enter": self.enter_label, **own, **({"escape": "Stop"} if self.stoppable else {})}
 
     @property
     def main_key(self) -> str:
         """Return the key that is meant to be pressed next."""
+        if self.measures:
+            return "escape"
         if self.in_question:
             return "ctrl+k"
         place = None if self.here is None else self.here.place
@@ -310,7 +314,8 @@ class StepDialogue:
             if self.has(self.cursor) or self.file(self.cursor) is not None or self.dispensable:
                 return "enter"
             if place.is_file:
-                return "f3" if self.facts.records else "f2"
+                dead = self.facts.training and self.reason(self.cursor)[1] == "refused"  # a file as it was is no help
+                return "ctrl+r" if dead else "f3" if self.facts.records else "f2"
             return "f3" if place.key in self.facts.offers else "enter"
         if self.put_right_first and not self.step.derived and self.cursor is None:
             return "ctrl+r" if self.facts.training else "f8"
@@ -325,7 +330,8 @@ class StepDialogue:
             if self.proposed(self.cursor) is not None:
                 return "Take it"
             needed = is_needed(self.here.place.declared) and not self.has(self.cursor)
-            return "Save typed" if needed and not self.dispensable else "Go on"
+            typed = "Take typed" if self.here.place.is_file else "Save typed"
+            return typed if needed and not self.dispensable else "Go on"
         if self.next_at_rig is None and self.queue is not None:
             return "Next unit"
         return "Summary" if self.ends_in_summary else "Next step"
@@ -339,8 +345,10 @@ class StepDialogue:
         return not self.step.derived or key in ("enter", "f3", "f5", "f9", "f10", "ctrl+d")
 
     @property
-    def idle(self) -> set[str]:
+    def idle_keys(self) -> set[str]:
         """Return the keys that only say why they do nothing at present."""
+        if self.measures:
+            return {"enter", "ctrl+f", "ctrl+k", "ctrl+r", "ctrl+z", *(f"f{n}" for n in (2, 3, 4, 8, 9, 10))}
         more = {key for key, active in {"ctrl+k": self.in_question, "f10": self.complete}.items() if not active}
         if not self.lines:
             return more

@@ -115,7 +115,8 @@ def _say(d: SummaryDialogue, words: str, role: str = "quiet", *effects: object) 
 
 
 def _shown(d: SummaryDialogue) -> Turn:
-    words = "Signed. ^T: countersign, F10: next unit" if d.facts.certificate is not None else "^S: sign this result"
+    qa = "^T: countersign, " if d.accepted and d.awaits_qa else ""
+    words = f"Signed. {qa}{d.signed_words}" if d.facts.certificate is not None else "^S: sign this result"
     return _say(replace(d, row=d.worst, failed=False), words).then(_sign_then)
 
 
@@ -188,7 +189,7 @@ def keys_found(d: SummaryDialogue, asked: LookForKeys, keys: BenchKeys) -> Turn:
     if keys.exist:
         return Turn(d, (Ask("sign", title, _FOR_A_SHIFT, (*why, AskedLine.PASSPHRASE), states=True),))
     lines = (*why, AskedLine.PASSPHRASE, AskedLine.REPEATED)
-    return Turn(d, (Ask("first keys", f"{title}: choose a passphrase", _FIRST_KEYS, lines, states=True),))
+    return Turn(d, (Ask("first keys", title, _FIRST_KEYS, lines, states=True),))
 
 
 def _asked_of_qa(d: SummaryDialogue) -> Ask:
@@ -232,7 +233,7 @@ def signed(d: SummaryDialogue, report: Report) -> Turn:
     d, tells = replace(d, report=report), d.facts.training and not report.countersigned
     hidden = (Do.TELL_HIDDEN,) if tells else ()
     if report.outcome == VALID:
-        return _say(d, "Signed and verified. F10: next unit", "good", *hidden)
+        return _say(d, f"Signed and verified. {d.signed_words}", "good", *hidden)
     if report.outcome == SIGNED:
         return _say(d, f"Signed, not fully verified: {report.reason}", "bad", *hidden)
     return _say(d, f"The certificate does not verify: {report.reason}", "bad", *hidden)

@@ -171,6 +171,24 @@ class SummaryDialogue:
         return f"{words}\nSigned by: {', '.join(f'{s.who} ({s.role})' for s in facts.signatures)}"
 
     @property
+    def idle_keys(self) -> set[str]:
+        """Return the keys that only say why they do nothing at present."""
+        signed = self.facts.certificate is not None
+        does = {"ctrl+s": not signed, "ctrl+t": self.awaits_qa, "ctrl+e": signed, "f8": self.failed}
+        return {key for key, active in does.items() if not active}
+
+    @property
+    def awaits_qa(self) -> bool:
+        """Return whether the technician has signed and quality assurance has not."""
+        return self.facts.certificate is not None and len(self.facts.signatures) < 2
+
+    @property
+    def signed_words(self) -> str:
+        """Return what follows the technician's signature: a unit that is not accepted is kept apart."""
+        aside = "" if self.accepted or not self.awaits_qa else "Set the unit aside, QA decides about it (^T). "
+        return f"{aside}F10: next unit"
+
+    @property
     def accepted(self) -> bool:
         return self.facts.result is not None and self.facts.result.verdict is UnitVerdict.ACCEPTED
 

@@ -12,7 +12,7 @@ from accept.units import TYPED
 from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from checks.acceptance import CHECKS
-from checks.declare import CsvTable, Input, Scalar, Series, Vector
+from checks.declare import CsvTable, Form, Input, Scalar, Series, Vector
 from checks.quantity import COVERAGE_FACTOR
 from specs.spec import CheckSpec
 
@@ -73,19 +73,19 @@ def _missing_label(declared: Input, state: StepState) -> str:
     return f"{declared.item}{'s' if len(places) > 1 else ''} {', '.join(places)}"
 
 
-def counted(step: WorkflowStep, state: StepState) -> tuple[int, int]:
-    """Return how many values and files of the step's form were given, and how many it has that are needed or given."""
+def counted(form: Form, state: StepState) -> tuple[int, int]:
+    """Return how many of the values and files that a form needs were given, and how many it needs; where none is needed
+    more than the others, of all of them."""
     given = wanted = 0
-    for declared in step.form(state.form).inputs:
+    for declared in [i for i in form.inputs if is_needed(i)] or form.inputs:
         places = range(declared.size) if isinstance(declared, Vector) else (None,)
-        taken = sum(
+        wanted += len(places)
+        given += sum(
             state.link(declared.name) is not None
             if isinstance(declared, Series | CsvTable)
             else bool(state.readings(declared.name, index))
             for index in places
         )
-        given += taken
-        wanted += len(places) if is_needed(declared) else taken
     return given, wanted
 
 

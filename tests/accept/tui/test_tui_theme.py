@@ -74,6 +74,18 @@ async def test_good_bad_and_doubtful_are_told_apart_in_16_colours(monkeypatch: p
         assert numbers == [GREEN, RED, YELLOW]
 
 
+@pytest.mark.parametrize("one", theme.THEMES, ids=lambda one: one.name)
+def test_frames_and_chips_are_seen_in_16_colours(one):
+    """Red before: on light they were of the white of the ground."""
+    shown = theme.of_16(one)
+
+    def number(colour: str) -> int:
+        return Color.parse(colour).downgrade(ColorSystem.STANDARD).number
+
+    for part in (shown.panel, shown.variables["block-cursor-background"]):
+        assert number(part) not in {number(shown.background), number(shown.foreground)}
+
+
 async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("NO_COLOR", "1")
     async with running(loader(), given=Given("Ann")) as pilot:

@@ -23,7 +23,7 @@ _ANSWERS = {True: ("●", "green"), False: ("●", "bold red"), None: ("○", "d
 def bench_line(bench: str, operator: str, answering: Mapping[str, bool | None], now: datetime, width: int) -> Text:
     """Return the head line: program, bench, operator and clock on the left, the instruments on the right, as many as
     have room. A full dot has answered when it was asked last, an empty one was not asked yet."""
-    left = Text(" ◆ accept", "bold yellow")
+    left = Text.assemble((" ◆ accept", "bold yellow"))
     left.append(f"  bench {bench}" if bench else "", "default not bold")
     left.append(f"   {operator}" if operator else "", "bold default")
     left.append(f"   {now:%a %d %b %H:%M}", "dim not bold default")

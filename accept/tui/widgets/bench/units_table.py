@@ -150,17 +150,13 @@ class UnitCard(Hanging):
             self._unit, self._words = unit, words
             self._draw()
 
-    def on_mount(self) -> None:
-        self._draw()
-
-    def on_resize(self) -> None:
-        self._draw()
-
     def _draw(self) -> None:
         unit = self._unit
         entitle(self, *(("Unit",) if unit is None else (unit.serial, f"attempt {unit.attempt}")))
         self.set_class(unit is not None and unit.waits_for_qa, "bad")
         self.hang(Text(self._words, "dim") if unit is None else unit_text(unit, *self.content_size))
+
+    on_mount = on_resize = _draw
 
 
 def unit_text(unit: "KnownUnit", width: int, height: int) -> Text:

@@ -267,6 +267,18 @@ class TestWords:
             at.press("enter")
             assert at.asked == [do.Leave(True)]
 
+    def test_no_key_leaves_a_step_while_it_is_measured(self):
+        """Red before: Enter did, and the hits of some minutes were lost."""
+        with at_step("capacitance") as at:
+            at.types("4.99")
+            at.types("9.85")
+            at.d = replace(at.d, measures=True)
+            for key in ("enter", "f2", "f3", "f4", "f8", "f9", "f10", "ctrl+z", "ctrl+r"):
+                at.press(key)
+                assert "Measuring. Esc stops it" in at.said
+                assert not at.asked
+            assert (at.d.main_key, at.d.called["escape"]) == ("escape", "Stop")
+
     def test_f4_without_a_cursor_says_how_to_read_once_more(self):
         with at_step("stroke") as at:
             at.types("365")
@@ -283,7 +295,7 @@ class TestWords:
             ):
                 at.press(key)
                 assert said in at.said
-            shown = {b.key for b in StepScreen.BINDINGS if b.show and at.d.means(b.key)} - at.d.idle
+            shown = {b.key for b in StepScreen.BINDINGS if b.show and at.d.means(b.key)} - at.d.idle_keys
             assert shown - {"f7"} == {"enter", "f2", "f5", "f9", "escape"}  # F7 needs a picture
 
     def test_in_the_queue_of_the_rig_the_unit_stays_mounted_until_its_last_step_there(self):
