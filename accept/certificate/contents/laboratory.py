@@ -26,9 +26,11 @@ class LaboratoryFile(Strict):
 
     name: Words | None = None
     address: Words | None = None
+    contact: Words | None = None
     site: Words | None = None
     accreditation: Words | None = None
     customer: Words | None = None
+    customer_contact: Words | None = None
     sampling: Words | None = None
     certificate_number: Words | None = None
     methods: Annotated[dict[str, Words], Field(default_factory=dict)]
@@ -78,9 +80,11 @@ class StatedLaboratory(Document):
 
     name: _Text = ""
     address: _Text = ""
+    contact: _Text = ""
     site: _Text = ""
     accreditation: _Text = ""
     customer: _Text = ""
+    customer_contact: _Text = ""
     sampling: _Text = ""
     methods: Annotated[Mapping[str, Annotated[str, Field(min_length=1)]], only_if(bool)] = field(default_factory=dict)
 

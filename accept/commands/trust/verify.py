@@ -117,7 +117,7 @@ def _outcome(report: Verification) -> str:
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     simulated = f"{SIMULATED}: " if report.simulated else ""
     waits = report.outcome is not Validity.NOT_VALID and not report.authorised
-    return simulated + words[report.outcome] + (", not yet authorised by quality assurance" if waits else "")
+    return simulated + ("NOT AUTHORISED by quality assurance, " if waits else "") + words[report.outcome]
 
 
 def _exit(report: Verification, missing: Sequence[str]) -> Exit:
