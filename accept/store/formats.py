@@ -34,6 +34,7 @@ DOCUMENTS: Mapping[str, type[Document]] = {
     "`accept verify --json`": listings.VerificationDocument,
     "`accept spec list --json`": listings.SpecList,
     "`accept spec show --json`": listings.SpecShown,
+    "`accept spec diff --json`": listings.SpecsCompared,
     "`accept product list --json`": listings.ProductList,
     "`accept model list --json`": listings.ModelList,
     "`accept model show --json`": listings.ModelShown,

@@ -52,6 +52,24 @@ class SpecShown(Document):
 
 
 @dataclass(frozen=True)
+class SpecValueDiffers(Document):
+    """A value that two specs state otherwise."""
+
+    key: Annotated[str, "its place in the file, by dots"]
+    first: Annotated[Any, "null where it is not stated"]
+    second: Any
+
+
+@dataclass(frozen=True)
+class SpecsCompared(Document):
+    """Two specs, or two revisions of one."""
+
+    first: SpecListed
+    second: SpecListed
+    differences: tuple[SpecValueDiffers, ...]
+
+
+@dataclass(frozen=True)
 class ProductListed(Document):
     """An installed product."""
 
