@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
@@ -9,17 +10,21 @@ from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
+from accept.base.home import home
+from accept.base.names import shown_name
+from accept.certificate.trust import keys
 from accept.commands.answer import Answer, Remark, command, picture
 from accept.commands.fleet.answers import files, is_chosen, left_out, rows
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
-from accept.commands.options import Operator, Plot
-from accept.commands.trust.bench_keys import who_acts
+from accept.commands.options import Operator, Plot, QaPassphrase
+from accept.commands.trust.bench_keys import decision_signer, who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
+from accept.store.decisions import Signer
 
 
 @command
@@ -33,6 +38,7 @@ def trend(
     ] = None,
     reason: Annotated[str, Option(help="Why a baseline is revised.")] = "",
     operator: Operator = None,
+    passphrase_file: QaPassphrase = None,
     rules: Annotated[
         str | None, Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
     ] = None,
@@ -49,9 +55,10 @@ def trend(
             else measurements_of(store, quantity)
         )
         if baseline is not None:
-            who = who_acts(operator)
+            signer = _signer(passphrase_file, reason)
+            who = who_acts(operator) if signer is None else signer.person
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
-                stated = trends.set_baseline(store, of, by.value, reason, who)
+                stated = trends.set_baseline(store, of, by.value, reason, who, signer)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
     for words in left_out(frame[(frame["quantity"] == quantity) & is_chosen(frame, choice)]):
@@ -76,6 +83,11 @@ def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
+
+
+def _signer(passphrase_file: Path | None, reason: str) -> Signer | None:
+    """Return the key of quality assurance that signs a baseline, None at a bench that has none. Raises KeysError."""
+    return decision_signer(passphrase_file, reason)() if any(keys.person_files(home(), keys.QA)) else None
 
 
 def _within(days: str, choice: JudgementFilter) -> JudgementFilter:
@@ -118,8 +130,11 @@ def _row(document: Mapping[str, Any]) -> dict[str, object]:
 def _basis(each: trends.Trend, base: Baseline) -> str:
     """Return the reference of the chart, and the rate of its false alarms."""
     left_out = f", {base.left_out} gross left out" if base.left_out else ""
-    stated = each.baseline.stated if each.baseline else None
-    of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
+    of, stored = "the values themselves", each.baseline
+    if stored is not None:
+        who = shown_name(stored.who, stored.stated.typed)
+        by = f"set by {who}, {stored.problem}" if stored.problem else f"set and signed by {who}"
+        of = f"the baseline {stored.stated.since} to {stored.stated.until}, {by}"
     scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
     return (
         f"compared with {of} ({base.n} units{left_out}){scale}; "

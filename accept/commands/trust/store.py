@@ -35,10 +35,12 @@ from accept.store import (
     restore,
 )
 from accept.store.payloads import (
+    BaselineSet,
     CertificateSigned,
     CopiesResolved,
     Decision,
     NonconformanceDecided,
+    SpecApproved,
     UnitJudged,
     payload_of,
 )
@@ -281,4 +283,8 @@ def _verdict(event: Event) -> str:
         case CertificateSigned(role=role, disposition=decision):
             why = f"{role}, because: {payload.reason}" if payload.reason else role
             return why if decision is None else f"{role}, {decision.choice}: {decision.reason}"
+        case SpecApproved(approval=approval):
+            return f"{approval.get('name')}: approved"
+        case BaselineSet():
+            return f"{payload.quantity}, {payload.group}: {payload.since} to {payload.until} {payload.reason}".rstrip()
     return str(getattr(payload, "reason", ""))

@@ -77,15 +77,17 @@ def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], jso
     limits = table(("check", "quantity", "limits", "rule", "source"), _rows(spec))
     compared = "responses are compared with model '{}'; this does not affect the verdict"
     gap = None if spec.gap is None else compared.format(spec.gap.model)
-    unknown_to_checks = None
+    unknown_to_checks = approved = None
     if name not in builtin():
+        from accept.commands.trust.approve_spec import approval_words
         from accept.judging import load_spec
 
+        approved = approval_words(spec)
         try:
             load_spec(name)
         except SpecError as e:
             unknown_to_checks = e
-    return Answer(File(json, _document(spec)), *head, limits, gap, error=unknown_to_checks)
+    return Answer(File(json, _document(spec)), *head, approved, limits, gap, error=unknown_to_checks)
 
 
 def _document(spec: Spec) -> SpecShown:
