@@ -41,8 +41,8 @@ PLACES = ("bench", "operator", "lot", "supplier", "shift")  # what a shift may b
 
 @dataclass(frozen=True)
 class StoredBaseline:
-    """A baseline of the store, by whom and when it was set. problem: why no signature of quality assurance is behind it,
-    None if one is."""
+    """A baseline of the store, by whom and when it was set. problem: why no signature of quality assurance is behind
+    it, None if one is."""
 
     stated: BaselineSet
     who: str
