@@ -48,6 +48,7 @@ BENCH: dict[str, Command | Group] = {
 QUALITY: dict[str, Command | Group] = {
     "batch": Command("units.batch:run", "Judge unit folders."),
     "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
+    "evidence": Command("trust.evidence:run", "Write all that an auditor needs into one folder."),
     "countersign": Command("trust.countersign:run", "Countersign certificates as QA."),
     "spec": Group(
         "Acceptance specs: list, show, validate.",

@@ -293,6 +293,16 @@ class EventList(Document):
 
 
 @dataclass(frozen=True)
+class Evidence(Document):
+    """A folder for an auditor."""
+
+    made: Annotated[str, "day and time, UTC"]
+    units: tuple[str, ...]
+    files: Annotated[Mapping[str, str], "sha256 of each file of the folder, by name"]
+    missing: Annotated[tuple[str, ...], "what was not there when it was made"]
+
+
+@dataclass(frozen=True)
 class StoreChecked(Document):
     """The chain of events, walked."""
 
