@@ -9,6 +9,7 @@ from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.results import UnitRecord
+from accept.certificate import events
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.disposition import Disposition
 from accept.certificate.contents.provenance import Provenance
@@ -17,7 +18,7 @@ from accept.certificate.trust.provenance import numbers_of, provenance, signed_b
 from accept.judging.reservations import decided
 from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
 from accept.store.decisions import DISPOSITION, Signer, content_of, sign_decision
-from accept.store.payloads import CertificateSigned, Decision, Payload
+from accept.store.payloads import Decision, Payload
 from specs.spec import Spec
 
 
@@ -113,12 +114,11 @@ def sign_into(
             # what is stated is signed too: else it could be given as about what another store has
             stated = content_of(serial, decision, before) | {"nonconformances": list(nonconformances)}
             decision = replace(decision, signed=sign_decision(DISPOSITION, stated, signer))
-    digest = hashlib.sha256(signed).hexdigest()
-    event = CertificateSigned(
-        str(path.resolve()), digest, credential.role, decision, before, number=number, reason=reason, judged=judged
-    )
     try:
-        stored = store.write_all([*about, event], serial, who=who, spec=spec, after=after)[-1]
+        stored = events.signed(
+            store, serial, path, signed, credential.role, who=who, spec=spec, about=about, after=after,
+            disposition=decision, before=before, number=number, reason=reason, judged=judged,
+        )  # fmt: skip
     except Overtaken as e:
         words = "its history went on while the certificate was looked at; look at it again: nothing was signed"
         raise SigningRefused(f"{serial}: {words}") from e

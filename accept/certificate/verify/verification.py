@@ -1,5 +1,6 @@
 """Verification by anyone who holds the bench's CA certificate. A certificate that is not proven valid is invalid."""
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -21,7 +22,7 @@ from accept.certificate.trust.authority import QA
 from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify import attachments
 from accept.certificate.verify.page_check import check_page
-from accept.certificate.verify.ports import AttachedUnit, Known, Ports
+from accept.certificate.verify.ports import AttachedUnit, Known, Ports, Rejudge
 from accept.certificate.verify.revocation_check import attached_entries, doubted_by
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
@@ -119,6 +120,11 @@ def verify_certificate(
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     return _outcome(given, steps, spec, details)
+
+
+def verify(pdf: bytes, trust: Sequence[x509.Certificate], rejudge: Rejudge) -> Verification:
+    """Verify a certificate with the ports of the room that judges it again, as scripts from before ports call it."""
+    return verify_certificate(pdf, trust, sys.modules[rejudge.__module__].ports(rejudge))
 
 
 @dataclass(frozen=True)
