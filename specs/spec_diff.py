@@ -1,27 +1,18 @@
 """Differences between two specs, or two revisions of one."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from specs.spec import Spec, SpecDocument
 
 
-@dataclass(frozen=True)
-class SpecDifference:
-    """A value that two specs state otherwise. key: its place in the file, by dots; None where it is not stated."""
-
-    key: str
-    first: Any
-    second: Any
-
-
-def differences(first: Spec, second: Spec) -> Iterator[SpecDifference]:
-    """Yield every value that differs, in the order of the files. Comments, and the order of keys, are no difference."""
+def differences(first: Spec, second: Spec) -> Iterator[tuple[str, Any, Any]]:
+    """Yield every value that differs, in the order of the files: its place by dots, and both values, None where it is
+    not stated. Comments, and the order of keys, are no difference."""
     one, other = _values(first), _values(second)
     for key in one | other:
         if one.get(key) != other.get(key):
-            yield SpecDifference(key, one.get(key), other.get(key))
+            yield key, one.get(key), other.get(key)
 
 
 def _values(spec: Spec) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from importlib import resources
 from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
@@ -23,32 +24,6 @@ from specs.files import read_bounded
 EVIDENCE, LIST, AUTHORITY = "evidence.json", "list.json", f"{keys.CA}.pem"
 SUPERSEDED = "superseded"  # folder of the certificates that later ones replace
 GONE = "it was in the package when it was made, and is gone"
-
-README = """# Evidence of {units} units
-
-Made by {program} on {made}, at event {seq} of the bench's store.
-
-| file | what it is |
-|---|---|
-| certificates/ | the last certificate of each unit, with its records, spec and result inside |
-| superseded/ | the certificates that these replace |
-| summary.csv | a row for each certificate: verdict, who signed and authorised it when, disposition, hash |
-| history.txt | every event of these units in the store: who did what, when |
-| ca.pem, ca.crl.pem | the certificate of the authority, and its list of revoked keys |
-| list.json | the bench's published list: whether a certificate is in its store, and whether the unit was judged again |
-| head.json | where the store stood, signed by the bench |
-| evidence.json | the hash of each file, and what is missing |
-
-To check it:
-
-1. Install this version of `accept`; another one verifies signatures, and exits 4 where it would judge otherwise.
-2. Run `accept verify .` in this folder. It judges every unit again, looks at every file, and names what is missing.
-3. Compare the authority's fingerprint that it prints with one that you got from the laboratory in another way:
-   {fingerprint}
-   Whoever makes a folder like this can put an authority of his own into it. `--trust FILE` names the one that you have.
-
-The folder shows what lies in it. That no unit was left out is shown by the bench's store alone.
-"""
 
 
 class EvidenceError(AcceptError, ValueError):
@@ -111,7 +86,12 @@ def write_evidence(
     package.put("history.txt", "".join(f"{words}\n" for words in lines).encode())
     made, fingerprint = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC", authority.fingerprint(ca)
     seq = store.head().seq
-    about = README.format(units=len(units), program=f"accept {program()}", made=made, seq=seq, fingerprint=fingerprint)
+    about = (
+        resources.files("accept.certificate")
+        .joinpath("evidence.md")
+        .read_text("utf-8")
+        .format(units=len(units), program=f"accept {program()}", made=made, seq=seq, fingerprint=fingerprint)
+    )
     package.put("README.md", about.encode())
     evidence = Evidence(made, tuple(units), dict(sorted(package.files.items())), tuple(package.missing))
     write_atomic(out / EVIDENCE, json.dumps(evidence.to_json(), indent=1).encode() + b"\n")

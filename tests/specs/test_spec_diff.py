@@ -49,7 +49,7 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 def test_each_limit_setting_and_source_that_differs_is_named(files: tuple[Path, Path]) -> None:
     one, two = map(load, files)
-    assert {each.key: (each.first, each.second) for each in differences(one, two)} == {
+    assert {key: tuple(values) for key, *values in differences(one, two)} == {
         "checks.capacitance.limits.sensor_uF.upper": (5.5, None),
         "checks.stroke.limits.stroke_um.lower": (304.0, 345.0),
         "checks.stroke.settings.stroke_max_um": (456.0, 460.0),
