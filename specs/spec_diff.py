@@ -8,7 +8,7 @@ from specs.spec import Spec, SpecDocument
 
 def differences(first: Spec, second: Spec) -> Iterator[tuple[str, Any, Any]]:
     """Yield every value that differs, in the order of the files: its place by dots, and both values, None where it is
-    not stated. Comments, and the order of keys, are no difference."""
+    not stated. Comments and the order of keys do not count."""
     one, other = _values(first), _values(second)
     for key in one | other:
         if one.get(key) != other.get(key):

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
@@ -10,21 +9,18 @@ from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
-from accept.base.home import home
 from accept.base.names import shown_name
-from accept.certificate.trust import keys
 from accept.commands.answer import Answer, Remark, command, picture
 from accept.commands.fleet.answers import files, is_chosen, left_out, rows
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
 from accept.commands.options import Operator, Plot, QaPassphrase
-from accept.commands.trust.bench_keys import decision_signer, who_acts
+from accept.commands.trust.bench_keys import signer_kept_here, who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.measurements import CHECKED, instrument_checks, measurements_of
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
-from accept.store.decisions import Signer
 
 
 @command
@@ -55,7 +51,7 @@ def trend(
             else measurements_of(store, quantity)
         )
         if baseline is not None:
-            signer = _signer(passphrase_file, reason)
+            signer = signer_kept_here(passphrase_file, reason)
             who = who_acts(operator) if signer is None else signer.person
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
                 stated = trends.set_baseline(store, of, by.value, reason, who, signer)
@@ -83,11 +79,6 @@ def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
-
-
-def _signer(passphrase_file: Path | None, reason: str) -> Signer | None:
-    """Return the key of quality assurance that signs a baseline, None at a bench that has none. Raises KeysError."""
-    return decision_signer(passphrase_file, reason)() if any(keys.person_files(home(), keys.QA)) else None
 
 
 def _within(days: str, choice: JudgementFilter) -> JudgementFilter:

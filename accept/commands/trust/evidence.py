@@ -38,7 +38,7 @@ def run(
 
 
 def _serials(given: Sequence[str]) -> Iterator[str]:
-    from accept.fleet.matched_sets import serials_in  # loads pandas
+    from accept.fleet import serials_in  # loads pandas
 
     for each in given:
         yield from sorted(serials_in(Path(each))) if Path(each).is_file() else (each,)
