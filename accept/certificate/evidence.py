@@ -11,7 +11,7 @@ from pathlib import Path
 
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.document import DocumentError
-from accept.base.documents.listings import Evidence
+from accept.base.documents.listings import EvidenceFolder
 from accept.base.version import program
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.published_list import publish
@@ -57,7 +57,7 @@ def write_evidence(
     home: Path,
     line: Callable[[Event], str],
     table: Callable[[Sequence[Mapping[str, object]]], bytes],
-) -> Evidence:
+) -> EvidenceFolder:
     """Write a package of these units into a new folder. line: an event in words; table: rows as a file.
 
     Raises EvidenceError if the folder is there already, StoreError, KeysError, ListError, OSError."""
@@ -93,7 +93,7 @@ def write_evidence(
         .format(units=len(units), program=f"accept {program()}", made=made, seq=seq, fingerprint=fingerprint)
     )
     package.put("README.md", about.encode())
-    evidence = Evidence(made, tuple(units), dict(sorted(package.files.items())), tuple(package.missing))
+    evidence = EvidenceFolder(made, tuple(units), dict(sorted(package.files.items())), tuple(package.missing))
     write_atomic(out / EVIDENCE, json.dumps(evidence.to_json(), indent=1).encode() + b"\n")
     return evidence
 
@@ -140,18 +140,18 @@ def _file_of(path: Path, sha256: str) -> bytes | None:
     return None
 
 
-def evidence_in(folder: Path) -> Evidence | None:
+def evidence_in(folder: Path) -> EvidenceFolder | None:
     """Return the statement of a package about its files, None for another folder. Raises EvidenceError, OSError."""
     path = folder / EVIDENCE
     if not path.is_file():
         return None
     try:
-        return Evidence.from_text(read_bounded(path))
+        return EvidenceFolder.from_text(read_bounded(path))
     except (DocumentError, ValueError) as e:
         raise EvidenceError(f"{path}: is not the statement of a package: {e}") from e
 
 
-def differences(folder: Path, stated: Evidence) -> Iterator[str]:
+def differences(folder: Path, stated: EvidenceFolder) -> Iterator[str]:
     """Yield each file that is gone, was changed or was added since the package was made."""
     for name, sha256 in stated.files.items():
         path = folder / name

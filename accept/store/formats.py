@@ -45,7 +45,7 @@ DOCUMENTS: Mapping[str, type[Document]] = {
     "`accept hw test --json`": listings.InstrumentsAsked,
     "`accept hw scan --json`": listings.PlacesSeen,
     "`accept keys list --json`": listings.KeyList,
-    "evidence.json of `accept evidence`": listings.Evidence,
+    "evidence.json of `accept evidence`": listings.EvidenceFolder,
     "`accept store log --json`": listings.EventList,
     "`accept store check --json`": listings.StoreChecked,
     "`accept recall --json`": listings.Recall,

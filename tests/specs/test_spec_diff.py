@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from specs.spec import load, parse
-from specs.spec_diff import differences
+from specs.spec import differences, load, parse
 from tests.shared.command_line import accept
 
 ONE = """

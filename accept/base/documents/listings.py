@@ -56,7 +56,7 @@ class SpecValueDiffers(Document):
     """A value that two specs state otherwise."""
 
     key: Annotated[str, "its place in the file, by dots"]
-    first: Annotated[Any, "null where it is not stated"]
+    first: Annotated[Any, "null if not stated"]
     second: Any
 
 
@@ -293,7 +293,7 @@ class EventList(Document):
 
 
 @dataclass(frozen=True)
-class Evidence(Document):
+class EvidenceFolder(Document):
     """A folder for an auditor."""
 
     made: Annotated[str, "day and time, UTC"]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from accept.base.documents.listings import Evidence, SignatureVerified, VerificationDocument
+from accept.base.documents.listings import EvidenceFolder, SignatureVerified, VerificationDocument
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -99,7 +99,7 @@ class _Package:
     """A folder that `accept evidence` wrote, and its statement about itself."""
 
     folder: Path
-    stated: Evidence
+    stated: EvidenceFolder
 
     def trusting(self, options: VerifyOptions) -> VerifyOptions:
         """Return the options with what lies in the folder where nothing else is named. A bench that has keys trusts its

@@ -19,8 +19,7 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
-from specs.spec import Limit, Spec, builtin, load, parse
-from specs.spec_diff import differences
+from specs.spec import Limit, Spec, builtin, differences, load, parse
 from specs.strict import SpecError
 
 
