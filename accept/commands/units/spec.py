@@ -45,7 +45,8 @@ def diff(
     """Compare two specs. Each limit, setting and source that differs; exit 4 if any does."""
     specs = [_spec_in(Path(name)) if name.lower().endswith(".pdf") else load(name) for name in (first, second)]
     found = list(differences(*specs))
-    document = SpecsCompared(*map(_listed, specs), tuple(SpecValueDiffers(*each) for each in found))
+    one, two = map(_listed, specs)
+    document = SpecsCompared(one, two, tuple(SpecValueDiffers(*each) for each in found))
     names = [f"{name}: {spec.name} {spec.sha256[:12]}" for name, spec in zip((first, second), specs, strict=True)]
     rows = ((key.removeprefix("checks."), *map(_stated, values)) for key, *values in found)
     return Answer(
