@@ -16,11 +16,11 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, TypeVar
 
 from accept.base import worker_process
+from accept.base.loading import SAFE_PATH
 from specs.errors import AcceptError
 
 T = TypeVar("T")
 
-SAFE_PATH = "PYTHONSAFEPATH"
 _BUSY = 8  # times as long may it take where others compute too
 # Names of variables that hold one. The windows of `accept run --web` open the store, whose password they need.
 _PASSPHRASE = re.compile("PASSPHRASE")

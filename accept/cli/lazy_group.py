@@ -51,6 +51,35 @@ class Group:
         self.about, self.commands = about, commands
 
 
+class AsTyped:
+    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For all
+    others the library's own converter takes its place, which pydantic builds: the import of that takes longer than the
+    rest of a command line."""
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Return the value of a parameter. Raises typer.BadParameter."""
+        wanted = param.type_descriptor
+        is_plain = wanted.parameter_info.parser is None and not wanted.is_path and type(value) is wanted.annotation
+        if param.nargs == 1 and not param.multiple and (value is None or (is_plain and isinstance(value, str | int))):
+            return value
+        param._runtime_param = None  # noqa: SLF001 - the library makes its own then
+        return param.get_runtime_param().coerce(value, param, ctx)
+
+    @classmethod
+    def of(cls, params: list[Any]) -> list[Any]:
+        """Return parameters that are converted so."""
+        for param in params:
+            param._runtime_param = cls()  # noqa: SLF001 - as above
+        return params
+
+
+class PlainCommand(TyperCommand):
+    """A command that is called."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return AsTyped.of(super().get_params(ctx))
+
+
 class LazyGroup(TyperGroup):
     """A group of the commands in a table. Listing and completing their names imports none of them."""
 
@@ -58,6 +87,9 @@ class LazyGroup(TyperGroup):
         super().__init__(**settings)
         self.table = table
         self.commands: Any = LazyCommands(table)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return AsTyped.of(super().get_params(ctx))
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - as typer calls it
         return list(self.commands)
@@ -136,5 +168,5 @@ def load(name: str, entry: Command | Group) -> Any:
         return LazyGroup(table=entry.commands, name=name, help=entry.about, no_args_is_help=True, rich_markup_mode=None)
     module, _, function = entry.place.partition(":")
     program = typer.Typer(add_completion=False, rich_markup_mode=None)
-    program.command(name)(command_of(getattr(import_module(f"accept.commands.{module}"), function)))
+    program.command(name, cls=PlainCommand)(command_of(getattr(import_module(f"accept.commands.{module}"), function)))
     return get_command(program)

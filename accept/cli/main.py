@@ -6,7 +6,6 @@ from typing import Annotated, Any
 import typer
 
 from accept.base import loading
-from accept.base.child_processes import SAFE_PATH
 from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 from accept.cli.lazy_group import Command, Group, LazyGroup
@@ -209,7 +208,7 @@ def options(
 
 def main() -> None:
     """Run the program. A pipe that its reader closed (`accept ... | head`) is no crash."""
-    os.environ[SAFE_PATH] = "1"  # whatever a library starts imports nothing from the working folder
+    os.environ[loading.SAFE_PATH] = "1"  # whatever a library starts imports nothing from the working folder
     loading.begin()
     log_crashes()
     try:

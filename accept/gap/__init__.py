@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from accept.gap.analyse_unit import GapAnalysis, GapJob, analyse
     from accept.gap.attach_to_result import explain_folder, explain_result, with_explanation
     from accept.gap.fleet import are_settled, common, lines
+    from accept.gap.sketch import place_panel
     from accept.gap.start_model import StartModel, applies, stands
     from accept.gap.text import (
         G_NOTE,

@@ -9,6 +9,7 @@ from typing import Any
 
 from accept.gap.document import candidates, moved_parameters, shift_words, to_json
 from accept.gap.improved_model import AddedElement, elements_of
+from accept.gap.sketch import place_panel
 from accept.gap.text import (
     G_NOTE,
     data_words,
@@ -28,9 +29,11 @@ from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence, Tabl
 from accept.pictures.interactive import page
 from checks.fitting import Identifiability, LikelihoodProfile
 from checks.gap import GapVerdict, Result, Tested, bode_panels, channel_errors
+from checks.picture import Panel
 from checks.rounding import rounded, with_U
 from specs.units import with_unit
 
+MAP, PLACE = "map", "place"  # pictures: where over frequency, and where in the strut
 RIVALS = 3  # explanations that a short report lists if none was named
 AGREES = "Noise, the stated tolerance and the calibrated values explain every channel."
 BEFORE = "Before: the fitted model without {}; after: with them. Both on records that were not fitted."
@@ -58,7 +61,7 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
         *findings(document, data_words(result.fit)),
         Heading("Where model and data disagree"),
         *before,
-        Picture(("map",)),
+        Picture((MAP, PLACE)),
         gap_with_errors(result, document),
         by_step,
         Sentence(f"G after, within 5 Hz about each mode: {modes}.", Role.DETAIL),
@@ -73,6 +76,13 @@ def report(result: Result, added: Sequence[AddedElement] = ()) -> list[Block]:
         *(Picture((f"{c} magnitude", f"{c} phase", f"{c} deviation")) for c in result.before.data.channels),
     ]
     return _with_rows(blocks)
+
+
+def pictures(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Panel]:
+    """Return the pictures of a report by name; without a place if nothing that was found has one."""
+    has_joints = any(name.startswith("joint.") for name in result.before.response.model.values)
+    place = place_panel(to_json("", result), of_strut=has_joints)
+    return {**bode_panels(result, elements_of(added)), **({} if place is None else {PLACE: place})}
 
 
 def short_report(result: Result) -> tuple[list[Block], list[Block]]:
@@ -277,4 +287,4 @@ def render_html(serial: str, result: Result, added: Sequence[AddedElement] = ())
                 words += [block.words, *filter(None, [block.more])]
             case Table():
                 tables.append(block)
-    return page(bode_panels(result, elements_of(added)), title(serial, result), words, tables)
+    return page(pictures(result, added), title(serial, result), words, tables)

@@ -18,8 +18,8 @@ from reportlab.platypus import (
 )
 
 from accept.gap.document import to_json
-from accept.gap.improved_model import AddedElement, elements_of
-from accept.gap.report import report
+from accept.gap.improved_model import AddedElement
+from accept.gap.report import MAP, pictures, report
 from accept.gap.text import headline_of_document
 from accept.pictures import blocks
 from accept.pictures.blocks import Block, Heading, Picture, Role, Sentence
@@ -29,7 +29,7 @@ from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
 from accept.pictures.pdf.page_style import words
 from accept.pictures.pdf.panels import FigureRow, FigureStack
 from accept.pictures.reduce import reduce_panel
-from checks.gap import Result, bode_panels
+from checks.gap import Result
 from checks.picture import Panel
 
 HEAD = 20 * mm
@@ -48,7 +48,7 @@ STRONG = (Role.FOUND, Role.RIVAL, Role.UNNAMED)
 def render(serial: str, result: Result, added: Sequence[AddedElement] = ()) -> bytes:
     """Return the report as a PDF. added: elements that were added to the improved model without a name."""
     register()
-    drawn, shown = bode_panels(result, elements_of(added)), report(result, added)
+    drawn, shown = pictures(result, added), report(result, added)
     scale = min(3.0 / len(result.before.data.channels), 1.6)
     story: list[Flowable] = []
     for above, block in zip([None, *shown], shown, strict=False):
@@ -99,9 +99,9 @@ def _flowables(block: Block, drawn: Mapping[str, Panel], scale: float) -> list[F
             said = words(block.words, page_style.STRONG if block.role in STRONG else quiet)
             return [said, *([words(block.more, page_style.SMALL)] if block.more else [])]
         case Picture():
-            panels = [reduce_panel(drawn[name]) for name in block.panels]
-            one = len(panels) == 1
-            return [FigureRow(panels, MAP_HEIGHT) if one else FigureStack(panels, [h * scale for h in BODE])]
+            panels = [reduce_panel(drawn[name]) for name in block.panels if name in drawn]
+            beside = block.panels[0] == MAP
+            return [FigureRow(panels, MAP_HEIGHT) if beside else FigureStack(panels, [h * scale for h in BODE])]
     return [_table(block)]
 
 

@@ -64,6 +64,14 @@ class BenchApp(InOrder):
             self.register_theme(theme.of_16(one) if self._of_16 else one)
         self.theme = theme.asked_for()
 
+    def refresh_css(self, animate: bool = True) -> None:
+        """Read the stylesheet with other colours. Before the first screen nothing was read with the ones before: each
+        of the settings above would read it once more."""
+        if self.screen_stack:
+            super().refresh_css(animate)
+        else:
+            self.stylesheet.set_variables(self.get_css_variables())
+
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return the filters of the base class; that of NO_COLOR takes cells without a style too."""
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]

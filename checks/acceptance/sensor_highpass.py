@@ -145,10 +145,11 @@ def _expected_corner(values: Values, spec: CheckSpec) -> tuple[float, float]:
 def _notes(corner: Quantity, values: Values, spec: CheckSpec) -> tuple[str, ...]:
     expected = _expected_corner(values, spec)
     inside = expected[0] <= corner.value <= expected[1]
-    words = "as" if inside else "not as"
+    words = "inside" if inside else "outside"
     ohm, stated_ohm = _resistor(values, spec)
-    R = "R" if stated_ohm else f"R (not stated, {ohm:g} ohm assumed)"
-    return (f"corner {corner.value:.3g} Hz, {words} expected of {R} and C ({expected[0]:.3g} to {expected[1]:.3g} Hz)",)
+    assumed = "" if stated_ohm else f"; R is not stated, {ohm:g} ohm is assumed"
+    span = f"{expected[0]:.3g} to {expected[1]:.3g} Hz"
+    return (f"corner {corner.value:.3g} Hz, {words} the {span} that R and C give{assumed}",)
 
 
 def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]:

@@ -239,8 +239,8 @@ def _notes(
     if isinstance(third, Mode) and "z_torsion_Hz" not in spec.limits:
         notes.append(_THIRD_MODE.format(f_Hz=third.f_Hz, axial=FRAME_Hz[0], torsion=FRAME_Hz[1]))
     return notes + [
-        f"{_FREE_FREE_WORDS[name]}: expected in the strut at about {mode.f_Hz / math.sqrt(2):.3g} Hz, as measured here "
-        f"divided by sqrt 2 (finite elements: {FREE_FREE_Hz[name]:g} Hz)"
+        f"{_FREE_FREE_WORDS[name]}: in the strut it lies at about {mode.f_Hz / math.sqrt(2):.3g} Hz, lower by a factor "
+        f"of sqrt 2 (finite elements: {FREE_FREE_Hz[name]:g} Hz)"
         for name in FREE_FREE_Hz
         if isinstance(mode := chosen[name], Mode)
     ]

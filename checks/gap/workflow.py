@@ -1,6 +1,8 @@
 """The gap workflow on arrays: calibrate, test, search, verify, name or report an unidentified effect ([GAP] 0 to
 13)."""
 
+from collections.abc import Iterator
+
 from checks.errors import NotHeld
 from checks.fitting.fit import CONTRADICTION
 from checks.gap.calibrate import calibrate, correct_records, search_on
@@ -9,10 +11,10 @@ from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
 from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
-from checks.gap.search.bench_paths import in_words, on_bench, with_bench_paths, without_lags
+from checks.gap.search.bench_paths import in_words, on_bench, without_lags
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.explanation import Explanation
-from checks.gap.search.forward import SearchResult, explain, explain_beside, explain_by_elements
+from checks.gap.search.forward import ELEMENTS, SearchResult, explain, explain_beside, grow
 
 MOST_ELEMENTS = 2
 NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
@@ -64,31 +66,37 @@ def _explain(problem: Problem, search: Search, base: Explanation) -> Result:
     whole = base.on(problem.B)
     if whole.adequate:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
-    if problem.inputs.model.learned is None:
-        bench = on_bench(search, base)
-        if bench is not None and bench.is_usual and bench.is_needed(search):
-            return _explain_on_bench(problem, search, base, with_bench_paths(search, bench))
-    found = explain(search, base, 1, problem.table.beam)
-    if not found.best.adequate and found.best.worst_G < problem.table.G:  # chance alone says that it is not all
-        found = _search_deeper(search, found)
-    if found.is_final:
-        return build_result(problem, search, found, whole)
-    by_elements = explain_by_elements(search, base, MOST_ELEMENTS)
-    if by_elements.is_final and not (found.best.adequate and found.best.score > by_elements.best.score):
-        return build_result(problem, search, by_elements, whole)
-    beside = explain_beside(search, found)
-    if beside.is_final:
-        return build_result(problem, search, beside, whole)
-    if beside.steps and not found.is_one_mode:
+    if problem.inputs.model.learned is None and (bench := on_bench(search, base)) is not None:
+        return _explain_on_bench(problem, search, base, bench)
+    for found in _stages(search, base):
+        if found.is_final:
+            break
+        if found.best.beside:
+            partial = build_result(problem, search, found, whole)
+            if partial.verdict != UNEXPLAINED:
+                return partial
+    return build_result(problem, search, found, whole)
+
+
+def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
+    """Yield what each stage finds: the first that is final is the answer, or the first beside a disagreement that has a
+    name; else the last."""
+    library = explain(search, base, 1, search.table.beam)
+    if not library.best.adequate and library.best.worst_G < search.table.G:  # chance alone says that it is not all
+        library = _search_deeper(search, library)
+    yield library
+    elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, MOST_ELEMENTS)
+    if not library.best.adequate or elements.best.score >= library.best.score:
+        yield elements
+    beside = explain_beside(search, library)
+    if not beside.best.beside:
+        yield beside
+    elif not library.is_one_mode:
         if beside.best.worst_G < NEARLY:
             beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
-            deeper = found.continued_by(explain(search, beyond, 1, 1))
-            if deeper.is_final:
-                return build_result(problem, search, deeper, whole)
-        partial = build_result(problem, search, beside, whole)
-        if partial.verdict != UNEXPLAINED:
-            return partial
-    return build_result(problem, search, found if found.best.adequate else _search_deeper(search, found), whole)
+            yield library.before(explain(search, beyond, 1, 1))
+        yield beside
+    yield library if library.best.adequate else _search_deeper(search, library)
 
 
 def _explain_on_bench(problem: Problem, search: Search, base: Explanation, bench: Explanation) -> Result:
@@ -98,7 +106,7 @@ def _explain_on_bench(problem: Problem, search: Search, base: Explanation, bench
     beyond = without_lags(search)
     if not bench.adequate:
         found = explain_beside(beyond, alone)  # it finds a complete explanation too, and sooner than a full search
-        if not found.steps and not found.is_named and bench.worst_G < NEARLY_ON_BENCH:
+        if not found.best.beside and not found.is_named and bench.worst_G < NEARLY_ON_BENCH:
             found = max(found, explain(beyond, bench, 1, 1), key=lambda f: f.is_named)
     if found.is_named:
         named = in_words(search, found)
@@ -115,7 +123,7 @@ def _search_deeper(search: Search, found: SearchResult) -> SearchResult:
     if room <= 0:
         return found
     deeper = explain(search, found.best, room, 1)
-    return found.continued_by(deeper) if deeper.best.response.counted else deeper
+    return found.before(deeper) if deeper.best.response.counted else deeper
 
 
 __all__ = ["GapRefused", "Inputs", "Say", "check_same_unit", "run"]

@@ -22,6 +22,14 @@ def one_line(text: str, longest: int = 300) -> str:
     return plain if len(plain) <= longest else plain[: longest - 1] + "…"
 
 
+_NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
+
+
+def quoted(text: str, longest: int = 64) -> str:
+    """Return what others wrote in quotation marks, on one line, without what parts the statements of a line."""
+    return f"'{one_line(text, longest).translate(_NO_PARTS)}'"
+
+
 def guarded(what: str, step: Callable[..., T], *arguments: Any, **options: Any) -> T:
     """Return what the step returns, and raise InvalidCertificate for any exception: a parser of hostile bytes can fail
     in any way, and then the certificate is not valid."""

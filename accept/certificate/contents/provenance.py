@@ -111,6 +111,10 @@ class Stopped(Part):
     verdict: _End
     time: _Time
 
+    @property
+    def words(self) -> str:
+        return f"accepted after attempt {self.attempt} was {self.verdict} on {self.time[:10]}"
+
 
 @dataclass(frozen=True)
 class Earlier(Part):

@@ -1,6 +1,7 @@
 """Approval of a spec by quality assurance, with every model file that it names; it is kept at the bench."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -75,6 +76,17 @@ def approved_at(spec: Spec, home: Path) -> str | None:
     except AcceptError:
         return None
     return stated.get("time")
+
+
+def approvals(home: Path, name: str, roots: Sequence[x509.Certificate]) -> list[str]:
+    """Return when quality assurance approved each version of a spec under these authorities, ISO 8601, in order."""
+    found = []
+    for path in _path(home, "").parent.glob("*.json"):
+        with suppress(OSError, ValueError):
+            approval: dict[str, Any] = json_of(read_bounded(path))
+            if approval_problem(approval, name, path.stem, roots, ()) is None:
+                found.append(str(approval["time"]))
+    return sorted(found)
 
 
 def _path(home: Path, sha256: str) -> Path:

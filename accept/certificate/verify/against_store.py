@@ -3,7 +3,8 @@ whether the unit was judged since, whether its recordings were given for another
 order."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -14,17 +15,19 @@ from cryptography import x509
 from accept.base.documents.results import ALIKE, UnitRecord
 from accept.base.home import home
 from accept.base.names import same_person
-from accept.base.spelling import difference
+from accept.base.plain_text import listed
+from accept.base.spelling import difference, spelling_key
 from accept.base.version import code_sha256
 from accept.capture.reference_check import history
 from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
 from accept.certificate.contents.laboratory import number_of
-from accept.certificate.contents.outcome import InvalidCertificate, Step
+from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.trust import keys
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there, stored_lists
+from accept.certificate.trust.spec_approval import approvals
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -44,6 +47,7 @@ from accept.store import BENCH_KEY, START, Event, Store, StoreError, StoreHead, 
 from accept.store.decisions import words_of
 from accept.store.payloads import (
     CHOICES,
+    KINDS,
     VOIDED,
     AttemptStarted,
     BenchStated,
@@ -51,6 +55,7 @@ from accept.store.payloads import (
     InstrumentChecked,
     KeysRevoked,
     NonconformanceDecided,
+    SerialConfirmed,
     UnitJudged,
 )
 from accept.units import attempt_number
@@ -92,31 +97,37 @@ def check_store(
             told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
             held, signature = _held(store, contents, told[0]), told[0]
             if signature is None:
-                history = _later_than(events, signatures[0].when)
+                history = [*_later_than(events, signatures[0].when), *_alike(store, contents, complete=True)]
             else:
                 by = [(s, event or signature) for s, event in zip(signatures, told, strict=True)]
                 history = _history(store, events, contents, by, roots)
-            if held is _ELSEWHERE:  # what was told to this store weakens, and proves nothing
+            if held is _ELSEWHERE or not held.complete:  # what was told to this store weakens, and proves nothing
                 history = [
                     replace(step, looked_up=(), current=None if step.current else step.current) for step in history
                 ]
-            compared = [_copied(store, contents, again), reread(store, contents, signature), _built(store, contents)]
+            judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
+            path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
+            compared = [_copied(store, contents, again, path), reread(store, contents, signature)]
             other = [Step(problem, complete=stated != certified)] if problem else []
-            return [*other, held, *history, *compared, _sound(store, contents, signature)]
+            compared += [*_built(store, contents), _sound(store, contents, signature)]
+            compared += _newer_spec(contents, signatures[0].when, roots)
+            return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
 def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
-    """Check that the store holds the signature. Not complete if the store of the bench that made it has another event
-    under the stated number, or no event of this signature; and if neither is known. A certificate from before heads
-    were stated is not checked."""
+    """Check that the store holds the signature. Not complete if the store of the bench that made it, wherever it is
+    asked, has another event under the stated number, or no event of this signature; and if neither is known. A
+    certificate from before heads were stated is not checked."""
     head = contents.stated.head
     if head is not None:
         stated, own = StoreHead(head.seq, head.hash), store.signed_head()
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
-            if own is None or head.bench != own.bench:
+            wrote = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
+            its_own = head.bench in {e.data.get("bench") for e in wrote} and (stated != START or signature is None)
+            if not its_own and (own is None or head.bench != own.bench):
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"
@@ -155,37 +166,76 @@ def _history(
     if own_program:  # earlier programs did not store what a bench states
         found = [differences(contents.stated, each) for each in _at_bench(store, known, own, signature, contents)]
         wrong += sorted(found or [["statement of the bench"]], key=len)[0]
-    choices = [each.disposition.choice for seq, each in signed.items() if each.disposition and seq < own.seq]
-    decided = ", ".join(dict.fromkeys(CHOICES.get(each, each) for each in choices))  # a later one is anybody's event
-    scrapped = not {*choices} <= {*RELEASING}
-    said = f"quality assurance decided before it was judged: {decided}" if scrapped else ""
     words = f"this bench's store has another {', another '.join(wrong)} than stated"
     if (void := voids(store, own.subject).get(own.seq)) is not None:
         return [Step(f"quality assurance declared this attempt void: {void.words}", complete=False, current=False)]
     compared = f"attempt, what it replaces{' and what its bench states' if own_program else ''}"
     right = f"operator, spec, code, {compared}: as in this bench's store"
     return [
-        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else (), remark=said),
+        Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
+        *(Step("", remark=words) for words in _unsigned(events, own.seq)),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
-        *(Step(words, complete=False) for words in _made_up(store, contents, own)),
+        *_made_up(store, contents, own),
         *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
     ]
 
 
-def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[str]:
+def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str]:
+    """Yield what was against a unit before an event, but for its attempts, and what ended it: a store takes any
+    judgement and any confirmed serial, and quality assurance signs neither."""
+    signed = [CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND and e.seq < judged]
+    choices = dict.fromkeys(each.disposition.choice for each in signed if each.disposition)
+    if named := [CHOICES.get(each, quoted(each)) for each in choices if each not in RELEASING]:
+        yield f"quality assurance decided before it was judged: {listed(named)}"
+    if told := {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}:
+        yield f"its serial, which looks like another, was confirmed by {listed(sorted(told))}"
+
+
+def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:
+    """Return the last decisions about these nonconformances, and those that release no unit, whatever holds it now."""
+    last = {words: each for each in given for words in each.nonconformances}
+    return [*dict.fromkeys(d for w, d in last.items() if w in stated or d.disposition.choice not in RELEASING)]
+
+
+def _unread(events: Iterable[Event]) -> list[Step]:
+    """Return the step on events of other kinds, which may hold anything against a unit, or against all of a bench."""
+    unknown = [event for event in events if event.what not in KINDS]
+    words = (
+        f"the bench's store has {listed([quoted(e.name) for e in unknown])}, of a kind that this program does not know"
+    )
+    of_bench = not any(event.subject for event in unknown)
+    return [Step(words, of_bench, remark=words if of_bench else "")] if unknown else []
+
+
+def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
+    """Return that quality assurance had approved a newer version of the spec: an approval of before holds still."""
+    since = (contents.stated.approval or {}).get("time", "")
+    known = approvals(home(), contents.spec_name, roots) if since else []
+    newer = [time for time in known if since < time and datetime.fromisoformat(time) < signed]
+    return [Step("", remark=f"a newer version of its spec was approved on {time[:10]}") for time in newer[:1]]
+
+
+def _alike(store: Store, contents: CertificateContent, complete: bool) -> Iterator[Step]:
+    """Yield that the serial is taken for one of before, which another bench need not know. complete: of that one."""
+    if (others := unconfirmed(store, contents.serial)) and ALIKE not in contents.record.folder:
+        words = f"nobody told its serial apart: {difference(contents.serial, others[0])}"
+        yield Step(words, complete, remark=words if complete else "")
+
+
+def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator[Step]:
     """Yield what a program left out or made up that did not ask the store: a similar serial of before, a stop by golden
     units, a simulated attempt, comparisons with a reference."""
     serial, entry = contents.serial, contents.record
-    if (others := unconfirmed(store, serial)) and ALIKE not in entry.folder:
-        yield f"nobody told its serial apart: {difference(serial, others[0])}"
+    yield from _alike(store, contents, complete=False)
     try:
         check_may_judge(store, serial, contents.stated.head_bench or "", own.seq)
     except BenchStopped as e:
-        yield f"its bench was stopped when it judged it: {e}"
+        yield Step(f"its bench was stopped when it judged it: {e}", complete=False)
     begun = map(AttemptStarted.of, store.events(serial, AttemptStarted.KIND))
-    folder = attempt_number(PurePath(str(own.data["path"])).name)
-    if not entry.simulated and folder in {each.number for each in begun if each.simulated}:
-        yield "the bench's store has its attempt as one that no instrument measures"
+    if simulated := {each.number for each in begun if each.simulated and not entry.simulated}:
+        its = attempt_number(PurePath(str(own.data["path"])).name) in simulated  # a folder can be renamed
+        words = f"the bench's store has {'its' if its else 'an'} attempt as one that no instrument measures"
+        yield Step(words, complete=not its, remark="" if its else words)
     compared = [e for e in store.events(what=InstrumentChecked.KIND) if e.seq < own.seq]
     for row in (entry.calibration or {}).get("instruments", ()):
         if (last := row.get("reference")) is None:
@@ -194,7 +244,10 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
         places = [n for n, c in enumerate(known) if (c.time[:10], c.E_n) == (last["day"], last["E_n"])]
         if not places or not all(c.passed for c in known[places[-1] + 1 :]):
             what = "a later comparison, not passed," if places else "no comparison"
-            yield f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
+            words = f"the bench's store has {what} of {row['name']} with its reference on {last['day']}"
+            yield Step(words, complete=False)
+        elif failed := [c.time[:10] for c in known if not c.passed and c.time[:10] >= (row.get("calibrated") or "")]:
+            yield Step("", remark=f"{quoted(row['name'])} missed its reference before, last on {failed[-1]}")
 
 
 def _too_late(
@@ -214,7 +267,7 @@ def _too_late(
             dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
             yield f"the clock was set back: {dated}, when {ended[0]} had run out"
         number = signer and signer.certificate.serial_number
-        for revoked, entry in ((e, entry) for e, listed in lists for entry in listed.entries):
+        for revoked, entry in ((e, entry) for e, keys_of in lists for entry in keys_of.entries):
             known = revoked.seq < event.seq and entry.since.isoformat() <= max(revoked.time, latest)
             if signer is not None and entry.serial_number == number and known:
                 where = f"was revoked in this bench's store, event {revoked.seq}, before it signed"
@@ -269,12 +322,12 @@ def _later_than(events: Sequence[Event], signed: datetime) -> list[Step]:
     those after it was signed. If there are none here, its own bench may have some: nothing is known. The first line
     names the last one before that was not accepted, which the certificate need not state."""
     later = [e for e in events if e.what == UnitJudged.KIND and datetime.fromisoformat(e.time) > signed + SAME_SECOND]
-    before = fold(events)
+    before, decided = fold(events), [Step("", remark=words) for words in _unsigned(events)]
     if later or before is None or before.ended[-1][1] in (UnitVerdict.ACCEPTED, VOIDED):
-        return _later(later) if later else []
+        return [*decided, *_later(later)] if later else decided
     when, verdict = before.time[:16].replace("T", " "), before.ended[-1][1]
     words = f"this bench's store has a judgement of {when} UTC, '{verdict}', that it does not know"
-    return [Step(words, remark=words)]
+    return [*decided, Step(words, remark=words)]
 
 
 def _later(judged: Sequence[Event]) -> list[Step]:
@@ -287,21 +340,22 @@ def _later(judged: Sequence[Event]) -> list[Step]:
     return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
 
 
-def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None) -> Step:
-    """Check the recordings. Not complete if the store has a judgement of another unit by the same samples, without a
-    signed decision on where they belong. The samples are those of the attached records, whatever the result states."""
+def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None, folder: str | None) -> Step:
+    """Check the recordings. Not complete if the store has a judgement by the same samples, of another unit, folder or
+    section, without a signed decision on where they belong. The samples are those of the attached records,
+    whatever the result states. folder: where the unit was judged, None if unknown."""
     entry = contents.record
     samples = {**entry.samples, **(again.samples if again is not None else {})}
     if not samples:
         return Step("")
-    found = copies_of(store, contents.serial, None, samples)
+    found = copies_of(store, contents.serial, folder, samples)
     stated = {copy["sample"] for copy in entry.copies if copy["withheld"]}
     counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
     if not counted:
         return Step("the bench's store holds its recordings for no other unit")
     others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in counted)
     same = "; ".join(f"{copy['sample']} is also {where}" for copy, where in zip(counted, others, strict=True))
-    words = "its recordings were given for other units too, without a decision of quality assurance"
+    words = "its recordings were given for other units too, or elsewhere, without a decision of quality assurance"
     return Step(f"{words}: {same}", complete=False)
 
 
@@ -318,10 +372,25 @@ def reread(store: Store, contents: CertificateContent, signature: Event | None =
     return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
 
 
-def _built(store: Store, contents: CertificateContent) -> Step:
-    found = part_doubts(store, contents.record)
-    new = [words for words in found if words not in contents.record.part_doubts]
-    return Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", False) if new else Step("")
+def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
+    """Check the parts: what the store holds against them now, and what held before the judgement that accepted them."""
+    found, parts = part_doubts(store, contents.record), contents.record.parts
+    if new := [words for words in found if words not in contents.record.part_doubts]:
+        yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
+    for name, part in sorted(parts.items()):
+        events, last = list(counted(store, store.events(part))), store.latest(part, UnitJudged.KIND)
+        yield from _unread(events)
+        said = ["has events here and was never judged"] if events else []
+        if last is not None:
+            said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
+            if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
+                said.append(ends.not_accepted.words)
+        decided = _decided(standing(store, part, {}).decided)
+        said += [f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in decided]
+        said += ["stands in two places"] if [*map(spelling_key, parts.values())].count(spelling_key(part)) > 1 else []
+        others = [quoted(one) for one in store.naming(part) if one != contents.serial]
+        said += [f"has stood in {listed(others)}"] if others else []
+        yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
 
 
 def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
@@ -341,7 +410,6 @@ def _sound(store: Store, contents: CertificateContent, signature: Event | None) 
         return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
     if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
         return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
-    last = {words: decided for decided in now.decided for words in decided.nonconformances}
-    later = [*dict.fromkeys(last[words] for words in stated if words in last)]
+    later = _decided(now.decided, stated)
     remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
     return Step("; ".join(words_of(each) for each in later), remark=remark)

@@ -19,16 +19,16 @@ OF_THE_RESULT = tuple(s.field for s in STATEMENTS if Way.LOOKED_UP in s.ways and
 def taken_on_trust(contents: CertificateContent, looked_up: Collection[str]) -> Step:
     """Name the fields that are stated and that only a store or a list shows, or nothing at all, without those that were
     looked up: they are the word of bench and technician, who signed them. The first line names an attempt before that
-    was not accepted: whether what was measured before it was used again is their word too, unless a store was asked."""
+    was not accepted, also where a store was asked: quality assurance signs no judgement."""
     stated = {*_fields(contents.manifest()), *(key for key, value in contents.result.items() if value)}
     stated |= set(contents.unit_file)
     rows = (s for s in STATEMENTS if {Way.LOOKED_UP, Way.STATED} & {*s.ways} and s.field != "operator")
     trusted = [s.field for s in rows if s.field in stated and s.field not in looked_up]
     words = f"not looked up, the word of bench and technician: {', '.join(trusted)}" if trusted else ""
     last = contents.stated.earlier.not_accepted if contents.stated.earlier else None
-    if last is None or {*LOOKED_UP} <= {*looked_up} or contents.result["verdict"] != UnitVerdict.ACCEPTED:
+    if last is None or contents.result["verdict"] != UnitVerdict.ACCEPTED:
         return Step(words)
-    return Step(words, remark=f"accepted after attempt {last.attempt} was {last.verdict} on {last.time[:10]}")
+    return Step(words, remark=last.words)
 
 
 def words_on_trust(contents: CertificateContent, unit: AttachedUnit, looked_up: Collection[str]) -> Step:

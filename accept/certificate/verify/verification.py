@@ -14,7 +14,7 @@ from accept.base import version
 from accept.base.documents.results import SIMULATED, unit_word
 from accept.base.watchdog import TimeLimitExceeded, judging_s, time_limit
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.outcome import InvalidCertificate, Step, guarded, one_line
+from accept.certificate.contents.outcome import InvalidCertificate, Step, guarded, one_line, quoted
 from accept.certificate.contents.statements import NOT_STATED, statements
 from accept.certificate.trust import authority
 from accept.certificate.trust.approved_spec import check_spec
@@ -23,7 +23,7 @@ from accept.certificate.trust.revocation import Revoked
 from accept.certificate.verify import attachments
 from accept.certificate.verify.page_check import check_page
 from accept.certificate.verify.ports import AttachedUnit, Known, Ports, Rejudge
-from accept.certificate.verify.revocation_check import attached_entries, doubted_by
+from accept.certificate.verify.revocation_check import attached_entries, doubted_by, only_by_clock
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
@@ -66,6 +66,7 @@ class Verification:
     simulated: bool = False
     nonconformances: tuple[str, ...] = ()
     authorised: bool = True
+    remarks: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:
@@ -99,11 +100,11 @@ def verify_certificate(
     known : comparison with a bench's own store. stamping : trusted roots of time stamping authorities. Never
     raises on any bytes, and takes no longer than `accept.base.watchdog` allows for judging one unit.
     """
-    limit, details = judging_s(), list[str]()
+    limit, details, now = judging_s(), list[str](), now or datetime.now(UTC)
     try:
         with time_limit(limit):
             roots = _roots(trust, demo)
-            signatures = read_unknown(signatures_of, pdf, roots, now or datetime.now(UTC), revoked, stamping)
+            signatures = read_unknown(signatures_of, pdf, roots, now, revoked, stamping)
             details += _words_of_signatures(signatures)
             signed = pdf[: signatures[0].place[2]]
             contents = guarded("the attachments", read_unknown, attachments.read, signed)
@@ -112,7 +113,7 @@ def verify_certificate(
             attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
             signatures = doubted_by(attached, signatures)
             revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
-            given = _Given(pdf, contents, unit, signatures, roots, revoked, demo)
+            given = _Given(pdf, contents, unit, signatures, roots, revoked, demo, now)
             steps, spec = _compared(given, ports, records, known, training)
             details += [one_line(step.words) for step in steps if step.words]
     except TimeLimitExceeded:
@@ -129,7 +130,7 @@ def verify(pdf: bytes, trust: Sequence[x509.Certificate], rejudge: Rejudge) -> V
 
 @dataclass(frozen=True)
 class _Given:
-    """A certificate whose signatures hold, its content, and the authorities and revoked keys that count."""
+    """A certificate whose signatures hold, its content, and the authorities, revoked keys and time that count."""
 
     pdf: bytes
     contents: CertificateContent
@@ -138,6 +139,7 @@ class _Given:
     roots: Sequence[x509.Certificate]
     revoked: Sequence[Revoked]
     demo: bool
+    now: datetime
 
     @property
     def simulated(self) -> bool:
@@ -162,6 +164,7 @@ def _compared(
         *guarded("the copies", check_copies, *against),
         *guarded("the dispositions", check_dispositions, *against),
         *benches,
+        *guarded("the keys", only_by_clock, contents, signatures, given.revoked, given.now),
         guarded("the page", check_page, given.pdf, contents, signatures, given.roots, ports),
         guarded("judging again", attachments.check_result, judged, given.unit, again),
         spec := guarded("the spec", check_spec, *against),
@@ -191,13 +194,12 @@ def _outcome(given: _Given, steps: Sequence[Step], spec: Step, details: Sequence
         Validity.SIGNED if lacking else Validity.VALID, _first_line(contents, signatures, doubts), contents.serial,
         str(contents.result["verdict"]), signatures, tuple(details), contents.spec_sha256,
         contents.provenance.get("head"), given.demo, spec.complete and not spec.remark,
-        all(seen) if seen else None, given.simulated, held, authorised,
+        all(seen) if seen else None, given.simulated, held, authorised, tuple(doubts),
     )  # fmt: skip
 
 
 _PROVEN = ", whose certificate was not revoked then, by what its servers answered and this document keeps"
 _UNPROVEN = "; whether its certificate was revoked then is not seen here: this document keeps no answer of its servers"
-_NO_PARTS = str.maketrans({";": ",", "'": "\u2019"})
 _SIMULATED = f"{SIMULATED}: unit.toml says that the unit was simulated, so it is no acceptance of a real one"
 
 
@@ -206,18 +208,13 @@ def _first_line(contents: CertificateContent, signatures: Sequence[Signed], doub
     of the line or write a part of it."""
     dispositions = contents.result.get("dispositions", ())
     word = unit_word(contents.result["verdict"], contents.result.get("nonconformances", ()), dispositions)
-    decided = (_quoted(words, 300) for words in stated_words(dispositions))
-    signed = (f"signed by {_quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
+    decided = (quoted(words, 300) for words in stated_words(dispositions))
+    signed = (f"signed by {quoted(s.person)} as {s.role} on {s.when:%Y-%m-%d %H:%M:%S} UTC" for s in signatures)
     state = "countersigned" if len(signatures) == 2 else "countersignature open"
-    state += "".join(f", disposition: {_quoted(s.disposition, 160)}" for s in signatures if s.disposition)
-    spec = f"spec {_quoted(contents.spec_name)} {contents.spec_sha256[:12]}"
+    state += "".join(f", disposition: {quoted(s.disposition, 160)}" for s in signatures if s.disposition)
+    spec = f"spec {quoted(contents.spec_name)} {contents.spec_sha256[:12]}"
     doubted = map(one_line, doubts)
     return "; ".join([f"{contents.serial} {word}", *doubted, *decided, *signed, state, spec])
-
-
-def _quoted(text: str, longest: int = 64) -> str:
-    """Return what others wrote in quotation marks, on one line, without what parts the statements of the line."""
-    return f"'{one_line(text, longest).translate(_NO_PARTS)}'"
 
 
 def _roots(trust: Sequence[x509.Certificate], demo: bool) -> list[x509.Certificate]:

@@ -14,7 +14,7 @@ _KEYS = (  # what stands on it, the key of the browser, its code; ^: with Ctrl
     ("Tab", "Tab", 9),
     ("⌫", "Backspace", 8),
     *((f"F{n}", f"F{n}", 111 + n) for n in (*range(1, 11), 12)),
-    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrdlsotekp"),
+    *((f"^{letter}", letter, ord(letter.upper())) for letter in "zrdflsotekp"),
     ("Enter", "Enter", 13),
 )
 _STYLE = """<style>

@@ -164,8 +164,8 @@ def _exit(report: Verification, missing: Sequence[str]) -> Exit:
 def _of_many(
     found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None, package: _Package | None
 ) -> Answer:
-    """Return a row for each certificate, those that are not valid or not as required with the reason, a count, and the
-    state of the folder if it is a package; the exit code is the worst."""
+    """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
+    reason, a count, and the state of the folder if it is a package; the exit code is the worst."""
     old = [
         package is not None and package.holds_replaced(path) and report.outcome is not Validity.NOT_VALID
         for path, report, _ in found
@@ -184,7 +184,7 @@ def _of_many(
         File(json, documents),
         table(("certificate", "serial", "verdict", "is", "signed by"), shown, **PLAIN),
         *(f"{one_line(str(path))}: {'; '.join((report.reason, *missing))}" for path, report, missing in
-          (found[n] for n in wrong)),
+          (each for n, each in enumerate(found) if n in wrong or each[1].remarks)),
         f"{len(found) - len(wrong)} of {len(found)} certificates are valid"
         + (" and as required" if any(missing for *_, missing in found) else ""),
         *lines,

@@ -2,9 +2,9 @@
 
 The samples do not show where they belong, so all copies are without a result until quality assurance decides, with a
 reason (`accept store resolve`). The decision is an event, `copies_resolved`; the copies themselves follow from the
-samples that the store holds of every judgement. The same folder judged again, or moved, is the same evidence and not a
-copy; what it may replace says `superseded`. A set of typed readings that equals that of another serial
-is a copy like a recording (`accept.judging.samples`); for one serial the readings may be typed again.
+samples that the store holds of every judgement. The same folder judged again, or moved, is the same evidence and no
+copy, but for what went over to another section; what it may replace says `superseded`. A set of typed readings that
+equals that of another serial is a copy too (`accept.judging.samples`); for one serial they may be typed again.
 """
 
 from collections.abc import Mapping, Sequence
@@ -71,9 +71,10 @@ def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> 
     if event.subject == serial:  # what was typed of one unit stays true of it
         samples, theirs = _recordings(samples), _recordings(theirs)
     pairs = [(a, b, theirs[b]) for a in samples for b in theirs if same_recording(samples[a], theirs[b])]
-    if event.subject != serial:
-        return pairs
-    return [] if _same_evidence(judged.path, str(folder), pairs, len(samples), len(theirs)) else pairs
+    if event.subject == serial and _same_evidence(judged.path, str(folder), pairs, len(samples), len(theirs)):
+        stayed = {a for a, b, _ in pairs if a == b}
+        return [p for p in pairs if p[0] not in stayed and p[0].partition("/")[0] != p[1].partition("/")[0]]
+    return pairs
 
 
 def _recordings(samples: Samples) -> Samples:

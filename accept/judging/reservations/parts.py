@@ -2,13 +2,13 @@
 
 For each part that a strut names the store is asked for its last verdict, what holds it since, and whether another
 strut's last judgement names it too. If any of these speaks against the part, the strut is conditional at best; so is
-one that was measured if its part was simulated. A part that the store does not know,
-such as a joint that is not judged as a unit, raises no doubt. Serials that differ only in capitals are one part: the
-store holds no two units of such serials (`accept.base.spelling`).
+one that was measured if its part was simulated. A part that the store does not know, such as a joint that is not judged
+as a unit, raises no doubt, unless something wrong was noted of it. Serials that differ only in capitals are one part:
+the store holds no two units of such serials (`accept.base.spelling`).
 """
 
 from accept.base.documents.results import UnitHeader
-from accept.base.spelling import difference, spelling_key
+from accept.base.spelling import difference, serial_problem, spelling_key
 from accept.judging.reservations.nonconformance import open_nonconformances
 from accept.judging.reservations.void_attempts import voids
 from accept.store import Store
@@ -22,19 +22,21 @@ def part_doubts(store: Store, strut: UnitHeader) -> list[str]:
 
 
 def _doubts(store: Store, strut: UnitHeader, name: str, part: str) -> list[str]:
-    if not (part.isascii() and part.isprintable() and part == " ".join(part.split())):  # a reader sees another serial
+    if serial_problem(part) is not None:  # a reader sees another serial in it
         return [f"{name} {part!a} has characters that no serial has, so the store cannot tell which part it is"]
     if (known := store.other_spelling(part)) is not None:
         return [f"{name} {part} differs from {known}, which the store knows, in capitals only"]
     last = store.latest(part, UnitJudged.KIND)
+    held = open_nonconformances(store, part, {})
     if last is None:
-        return [f"{name} {difference(part, known)}" for known in store.look_alikes(part)]
+        noted = [f"{name} {part} is held: {'; '.join(held)}"] if held else []
+        return noted + [f"{name} {difference(part, known)}" for known in store.look_alikes(part)]
     if (void := voids(store, part).get(last.seq)) is not None:
         return [f"the last judgement of {name} {part} was declared void: {void.words}"]
     result = UnitJudged.of(last).result
     accepted = result.verdict == UnitVerdict.ACCEPTED
     found = [] if accepted else [f"{name} {part} was judged '{result.verdict}' on {last.time[:10]}"]
-    if accepted and (held := open_nonconformances(store, part, {})):
+    if accepted and held:
         found.append(f"{name} {part} is held since it was accepted: {'; '.join(held)}")
     if result.simulated and not strut.simulated:
         found.append(f"{name} {part} was simulated")

@@ -81,6 +81,13 @@ class Working(Screen[T]):
         self.ready = asyncio.Event()  # not set: it opens another screen or unit, and the keys that follow belong there
         self.ready.set()
 
+    def on_compose(self) -> None:
+        """Set the classes of the terminal's size before there are parts: the library sets them when all are styled."""
+        app = self.app
+        across, down = self.HORIZONTAL_BREAKPOINTS or app.HORIZONTAL_BREAKPOINTS, app.VERTICAL_BREAKPOINTS
+        for length, steps in zip(app.size, (across, down), strict=True):
+            self.add_class(*[name for least, name in steps or () if length >= least][-1:], update=False)
+
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
         self._clock = self._clock or self.set_interval(0.5, self._tick)
@@ -146,7 +153,7 @@ class Working(Screen[T]):
     @property
     def alive(self) -> bool:
         """Return whether there is still something to show on: a key may leave a screen that is not yet drawn."""
-        return self.is_attached and self in self.app.screen_stack and bool(self.query("#status"))
+        return self.is_attached and self in self.app.screen_stack and bool(self.children)
 
     @property
     def in_front(self) -> bool:
@@ -168,8 +175,11 @@ class Working(Screen[T]):
         """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
         mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")
         for status in self.query("#status").results(Label):
-            status.set_classes(role)
-            status.update(f"{mark}{pretty(words)}".replace("[", r"\["))
+            shown, before = f"{mark}{pretty(words)}".replace("[", r"\["), str(status.content)
+            if (shown, {role}) != (before, set(status.classes)):
+                status.set_classes(role)
+                longest = max(len(shown), len(before))  # in a row of its own nothing is laid out anew
+                status.update(shown, layout=not before or longest > status.content_size.width)
 
     def tell(self, toast: Toast) -> None:
         """Show what was done for some seconds, in place of what was told before."""

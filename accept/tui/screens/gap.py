@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 
 from accept.base.documents.analyses import REFUSED
-from accept.gap import G_NOTE, findings, gap_number, headline_of_document
+from accept.gap import G_NOTE, findings, gap_number, headline_of_document, place_panel
 from accept.pictures import signs
 from accept.pictures.blocks import Role
 from accept.pictures.words import pretty
@@ -16,11 +16,11 @@ from accept.store import Event
 from accept.tui.screens.page import Page
 from accept.tui.widgets.card import Card
 from accept.tui.widgets.hanging import Hanging
-from accept.tui.widgets.pictures import Pictures
 from accept.tui.widgets.step_list import GAP, GAP_TITLE
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 from accept.workflow.worker.not_done import STOPPED
+from checks.picture import Panel
 
 WORDS = (
     "Compares the responses with the model. Where they differ, it identifies the missing effect, adds it to the model "
@@ -65,7 +65,7 @@ class Explain(Page):
             self.query_one("#main").add_class("complete")
             self.query_one("#main").set_class(bool(self.session.gap.panels), "plotted")
             self.query_one("#answer", Hanging).hang(answer(found))
-            self.query_one(Pictures).show(self.session.gap.panels)
+            self.pictures.show(pictures_of_gap(self.session))
         self.show_around()
 
     async def action_go_on(self) -> None:
@@ -100,6 +100,13 @@ class Explain(Page):
 
     def help_text(self) -> str:
         return f"{WORDS}\n\n{G_NOTE} The improved model, gap.json and gap.pdf are in the folder gap/ of the unit."
+
+
+def pictures_of_gap(session: Session) -> Mapping[str, Panel]:
+    """Return the pictures of the answer; where in the strut it sits stands behind the map."""
+    panels, found = list(session.gap.panels.items()), session.gap.found or {}
+    place = place_panel(found, of_strut=session.spec.kind != "apa")
+    return dict([*panels[:1], *([] if place is None else [("place", place)]), *panels[1:]])
 
 
 def answer(found: Mapping[str, Any]) -> Text:

@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.events import Resize
+from textual.widget import Widget
 from textual.widgets import Label, Static
 
 from accept.tui.background.scanning import Scanning
@@ -17,7 +18,7 @@ from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
-from accept.tui.widgets.step_list import StepList, UnitBar, what_to_do
+from accept.tui.widgets.step_list import WIDE_FROM, StepList, UnitBar, what_to_do
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
@@ -35,6 +36,8 @@ class Page(Scanning):
     def __init__(self, bench: Workbench, session: Session, words: str, row: str) -> None:
         super().__init__(bench, session)
         self._words, self._row = words, row
+        self.pictures = Pictures()
+        self._behind: Widget | None = None  # what had the focus before the plot took the place of the form
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)
@@ -52,7 +55,7 @@ class Page(Scanning):
                     with Vertical(id="side"):
                         yield from self.drawings()
                         with Vertical(id="plot"):
-                            yield Pictures()
+                            yield self.pictures
         yield Static("", id="said", markup=False)
         yield Label("", id="status")
         yield KeyRow()
@@ -91,12 +94,32 @@ class Page(Scanning):
         self.set_class(event.size.width < _SLIM, "-slim")
 
     def action_picture(self) -> None:
-        """Show the pictures on the whole screen."""
-        panels = self.query_one(Pictures).panels
-        if panels:
-            self.app.push_screen(Plots(panels, self.session.folder / "pictures", self.bench.services.draw))
-        else:
+        """Show the pictures on the whole screen; on a small one first in place of the form."""
+        panels = self.pictures.panels
+        if not panels:
             self.say("No plot yet")
+        elif self.app.size.width < WIDE_FROM and not self.pictures.is_tab:
+            self._behind = self.focused
+            self._show_tab(shown=True)
+            self.say(f"F7: {'all plots' if len(panels) > 1 else 'it'} on the whole screen. Esc: back to the form")
+        else:
+            self.app.push_screen(Plots(panels, self.session.folder / "pictures", self.bench.services.draw))
+
+    def leave_tab(self) -> bool:
+        """Put the form back in the place of the plot. Returns whether the plot was there."""
+        if not self.pictures.is_tab:
+            return False
+        self._show_tab(shown=False)
+        self.set_focus(self._behind)
+        return True
+
+    def _show_tab(self, *, shown: bool) -> None:
+        self.query_one("#main").set_class(shown, "tab")
+        self.pictures.be_tab(shown)
+
+    async def action_leave(self) -> None:
+        if not self.leave_tab():
+            await super().action_leave()
 
     def action_page(self, way: int) -> None:
         body = self.query_one("#body", VerticalScroll)

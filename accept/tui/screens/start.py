@@ -2,12 +2,12 @@
 mean is decided there."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future, wait
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from functools import partial
-from threading import Thread
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual.app import ComposeResult
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from accept.workflow.steps.unit_list import Queue
 
 _LOOK_S = 0.1  # between two looks whether the program ends
+_PAINTED_S = 2.0  # that the bench waits for the first screen at most
 _CLOCK_S = 30.0
 
 
@@ -115,6 +116,7 @@ class StartScreen(Working[Begin | None]):
         self._settled = asyncio.Event()  # the bench is open, and it is known whether the serial is
         self._listed = asyncio.Event()  # the units are there
         self._queues: object = ()  # those that are shown
+        self._painted = Event()
 
     def compose(self) -> ComposeResult:
         yield Static("", id="bench-line", markup=False)
@@ -126,12 +128,7 @@ class StartScreen(Working[Begin | None]):
                 yield Static("", id="week", markup=False, classes="card")
             with Vertical(id="right"):
                 with Card(title="Scan or type a serial", id="scan"):
-                    for name, label in labels().items():
-                        with Horizontal(classes="line" if name in OWN else "line part", id=f"line-{name}"):
-                            yield Label(label, classes="label")
-                            hint = "" if name in OWN else "may stay empty"
-                            text = self.dialogue.texts[name]
-                            yield Chips(text, id=name) if name == "kind" else TextEntry(text, placeholder=hint, id=name)
+                    yield from map(self._asked, OWN)
                     yield Label("", id="about", markup=False)
                 with Card(title="Units", id="list"):
                     yield UnitsTable(id="known")
@@ -164,20 +161,35 @@ class StartScreen(Working[Begin | None]):
     def _rail(self) -> PointedTable:
         return self.query_one("#queues", PointedTable)
 
+    def _asked(self, name: str) -> Horizontal:
+        """Return the line of a field."""
+        text, hint = self.dialogue.texts[name], "" if name in OWN else "may stay empty"
+        line = Chips(text, id=name) if name == "kind" else TextEntry(text, placeholder=hint, id=name)
+        label = Label(labels()[name] if hint else OWN[name], classes="label")
+        return Horizontal(label, line, classes="line part" if hint else "line", id=f"line-{name}")
+
+    @property
+    def _fields(self) -> Sequence[str]:
+        """Return the fields that have a line: most units have no parts, and the first screen does not wait for them."""
+        return [name for name in self.dialogue.texts if name in OWN or self.query(".part")]
+
     def _line(self, name: str) -> Input | Chips:
         found = self.query_one(f"#{name}")
         assert isinstance(found, Input | Chips)  # noqa: S101 - each field is one of them
         return found
 
     def at_present(self) -> Turn:
-        texts = {name: self._line(name).value for name in self.dialogue.texts}
+        texts = {**self.dialogue.texts, **{name: self._line(name).value for name in self._fields}}
         typed_into = self.focused.id if isinstance(self.focused, Input | Chips) else None
         return dialogue.edited(self.dialogue, texts, typed_into)
 
     async def draw(self) -> None:
         d = self.dialogue
-        for name, text in d.texts.items():
-            line = self._line(name)
+        if not (OWN.keys() >= set(d.shown) or self.query(".part")):
+            parts = [self._asked(name) for name in d.texts if name not in OWN]
+            await self.query_one("#scan").mount(*parts, before="#about")
+        for name in self._fields:
+            line, text = self._line(name), d.texts[name]
             self.query_one(f"#line-{name}").display = name in d.shown or (name == "kind" and d.adds)
             if isinstance(line, Chips):
                 line.show(d.fitting if d.begins else () if d.bench is None else d.bench.kinds, text)
@@ -237,6 +249,7 @@ class StartScreen(Working[Begin | None]):
             case dialogue.OpenBench(operator, holds):
                 failed = partial(self.answer, dialogue.nothing_came)
                 send = partial(self.hold, doing="opening the bench") if holds else self.send
+                self.call_after_refresh(self._painted.set)
                 send(partial(self._open_bench, operator), self._bench_is_open, failed=failed)
             case dialogue.WaitForBench(key, for_list):
                 await (self._listed if for_list else self._settled).wait()
@@ -275,7 +288,9 @@ class StartScreen(Working[Begin | None]):
 
     def _open_bench(self, operator: str) -> "tuple[Workbench, dialogue.Proposed]":
         """Return the bench and what it proposes. It is opened in a thread that does not keep the program from ending:
-        nothing can be stored before it is there. Raises what opening it does."""
+        nothing can be stored before it is there. It follows the first screen: what it imports would take the time of
+        that. Raises what opening it does."""
+        self._painted.wait(_PAINTED_S)
         opened: Future[tuple[Workbench, dialogue.Proposed]] = Future()
 
         def open_it() -> None:

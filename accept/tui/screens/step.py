@@ -30,7 +30,7 @@ from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
-from accept.tui.widgets.pictures import Pictures, pictures_of
+from accept.tui.widgets.pictures import pictures_of
 from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -67,11 +67,12 @@ class StepScreen(Page):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "press('enter')", "Save", priority=True),
         Binding("ctrl+k", "press('ctrl+k')", "Keep it", priority=True),
+        Binding("ctrl+r", "press('ctrl+r')", "Repair", priority=True),
         Binding("f2", "press('f2')", "File", priority=True),
         Binding("f3", "press('f3')", "Measure", priority=True),
         Binding("f4", "press('f4')", "Mean", priority=True),
         Binding("f5", "press('f5')", "Note", priority=True),
-        Binding("f6", "press('f6')", "Other input", priority=True),
+        Binding("ctrl+f", "press('ctrl+f')", "Other input", priority=True),
         Binding("f7", "picture", "Plot", priority=True),
         Binding("f8", "press('f8')", "Again", priority=True),
         Binding("f9", "press('f9')", "Summary", priority=True),
@@ -80,7 +81,6 @@ class StepScreen(Page):
         Binding("ctrl+s", "press('f9')", "Sign", show=False, priority=True),
         Binding("ctrl+d", "press('ctrl+d')", "More values", show=False, priority=True),
         Binding("ctrl+z", "press('ctrl+z')", "Undo", priority=True),
-        Binding("ctrl+r", "press('ctrl+r')", "Repair", priority=True),
         Binding("up", "press('up')", show=False, priority=True),
         Binding("down", "press('down')", show=False, priority=True),
         Binding("escape", "leave", "Steps", priority=True),
@@ -95,11 +95,13 @@ class StepScreen(Page):
         self._fields: Sequence[Field] = ()
         self._courses: dict[str, Sequence[float]] = {}  # of stored records, by file
         self._other_forms = ""  # and the key that changes to them
+        self._keys_of: StepDialogue | None = None  # that the row of keys was made for
         self._laying_out = asyncio.Lock()
+        self._gauge = Gauge()  # not shown at a derived step, which has nothing to follow
+        self._guides = [Hanging(self.step.guide.picture, id="guide")] if self.step.guide.picture else []
 
     def above(self) -> ComposeResult:
-        if not self.step.derived:
-            yield Gauge()
+        yield self._gauge
 
     def parts(self) -> ComposeResult:
         yield from super().parts()  # the result stands on top: it is seen without scrolling
@@ -108,8 +110,8 @@ class StepScreen(Page):
         yield Hanging(id="notes", classes="card")
 
     def drawings(self) -> ComposeResult:
-        if self.step.guide.picture:
-            yield Card(Hanging(self.step.guide.picture, id="guide"), title="Drawing", id="drawing")
+        if self._guides:
+            yield Card(*self._guides, title="Drawing", id="drawing")
 
     async def on_mount(self) -> None:
         if self.alive:
@@ -206,8 +208,7 @@ class StepScreen(Page):
 
     def _store(self, entry: do.StoreEntry) -> None:
         def stored(event: Event) -> None:
-            for gauge in self.query(Gauge):
-                gauge.forget()
+            self._gauge.forget()
             self.later(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
             self.call_next(self._watch)
 
@@ -277,7 +278,7 @@ class StepScreen(Page):
             return
         self._show_fields()
         d = self.dialogue
-        for guide in self.query("#guide").results(Hanging):
+        for guide in self._guides:
             guide.hang(drawing_text(d))
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
@@ -285,7 +286,9 @@ class StepScreen(Page):
         if (shown := (d.facts, d.judging_words, d.whole)) != self._shown:
             self._shown = shown
             self.show()
-        self.refresh_bindings()
+        if d != self._keys_of:
+            self._keys_of = d
+            self.refresh_bindings()
 
     def _show_fields(self) -> None:
         d = self.dialogue
@@ -325,7 +328,7 @@ class StepScreen(Page):
     async def _lay_out(self) -> None:
         d, forms = self.dialogue, self.step.check.forms
         others = ", ".join(f.name for f in forms if f is not d.form)
-        self._other_forms = f"F6: {others}" if others else ""
+        self._other_forms = f"^F: {others}" if others else ""
         self._fields = ()
         await self.query_one("#fields").remove_children()
         if not self.alive:  # left while the old fields went
@@ -355,7 +358,7 @@ class StepScreen(Page):
         notes.hang(told)
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
-        self.query_one(Pictures).show(panels)
+        self.pictures.show(panels)
         self._show_count()
         self.show_around()
 
@@ -385,26 +388,25 @@ class StepScreen(Page):
 
     def on_screen_suspend(self) -> None:
         super().on_screen_suspend()
-        for gauge in self.query(Gauge):
-            gauge.leave()
+        self._gauge.leave()
 
     def _watch(self) -> None:
         """Show the instrument of the present line at the gauge, or what is stored there."""
         line, state = self.dialogue.here, self.dialogue.facts.state
-        for gauge in self.query(Gauge):
-            if line is None or line.place.is_file:
-                gauge.follow(None, Followed(), None)
-                continue
-            name, index = line.place.key
-            one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
-            stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
-            limit, earlier = self.step.asked.limits.get(name), self.session.judgements.earlier.get(name, ())
-            instrument = self.service.instrument(line.place)
-            whose = "" if instrument is None else instrument.short_name
-            gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
+        if line is None or line.place.is_file:
+            self._gauge.follow(None, Followed(), None)
+            return
+        name, index = line.place.key
+        one = None if self.dialogue.complete else repeated(state.readings(name, index), self.step.asked, name)
+        stored = None if one is None else Measured(one.value, one.U)  # its finding shows it at a complete step
+        limit, earlier = self.step.asked.limits.get(name), self.session.judgements.earlier.get(name, ())
+        instrument = self.service.instrument(line.place)
+        whose = "" if instrument is None else instrument.short_name
+        self._gauge.follow(instrument, Followed(whose, line.place.name, line.place.unit, limit, earlier), stored)
 
     async def action_press(self, key: str) -> None:
-        """Hand on a key, unless Enter ends a serial that was scanned."""
+        """Hand on a key, unless Enter ends a serial that was scanned; it is meant for the form."""
+        self.leave_tab()
         if key != "enter" or not await self.action_take_scan():
             await super().action_press(key)
 
@@ -431,7 +433,7 @@ class StepScreen(Page):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Leave keys without a meaning at this step out of the footer."""
         if action == "picture":
-            return not self.is_mounted or any(pictures.panels for pictures in self.query(Pictures))
+            return bool(self.pictures.panels)
         return action != "press" or self.dialogue.means(str(parameters[0]))
 
     def help_text(self) -> str:

@@ -28,6 +28,7 @@ class Field(Vertical):
         self.place = place
         self._shown: object = None
         self._course = ""
+        self.input: Input = TextEntry(placeholder=pretty(place.hint))
 
     def compose(self) -> ComposeResult:
         label = Label(pretty(self.place.label), classes="label", markup=False)
@@ -36,7 +37,7 @@ class Field(Vertical):
         with Horizontal(classes="entry"):
             if not self.place.is_file:
                 yield label
-            yield TextEntry(placeholder=pretty(self.place.hint))
+            yield self.input
             yield Static("", classes="stored", markup=False)
         yield Static("", classes="course", markup=False)
         yield Static("", classes="reason", markup=False)
@@ -44,10 +45,6 @@ class Field(Vertical):
     def on_input_changed(self, event: Input.Changed) -> None:
         """Give a line its room when something is typed in it; before, what is saved stands in one column."""
         self.set_class(bool(event.value), "typing")
-
-    @property
-    def input(self) -> Input:
-        return self.query_one(Input)
 
     def show(self, text: str, stored: str, reason: str, kind: str, *, takes: bool, course: str = "") -> None:
         """Show a line: what is typed and what is saved; the words below and their kind, which colours them; whether

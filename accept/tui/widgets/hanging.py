@@ -36,12 +36,13 @@ class Hanging(Static):
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
+        self._drawn: tuple[int, list[list[Segment]]] | None = None  # its width and lines
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:
             return
         before = self._rows()
-        self._hung = Hung(text)
+        self._hung, self._drawn = Hung(text), None
         after = self._rows()
         if not before:
             self.refresh(layout=True)
@@ -54,8 +55,11 @@ class Hanging(Static):
 
     def _rows(self) -> list[list[Segment]]:
         """Return the lines as they are drawn, none before the first layout."""
-        width = self.size.width
-        return self.app.console.render_lines(self._hung, self.app.console.options.update(width=width)) if width else []
+        width, console = self.size.width, self.app.console
+        if self._drawn is None or self._drawn[0] != width:
+            rows = console.render_lines(self._hung, console.options.update(width=width)) if width else []
+            self._drawn = width, rows
+        return self._drawn[1]
 
     def render(self) -> Hung:
         return self._hung

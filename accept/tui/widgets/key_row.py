@@ -1,7 +1,8 @@
-"""The row of keys at the foot of a screen: the main action as a chip, the others, and what every screen has."""
+"""The row of keys at the foot of a screen: the main action as a chip, the others, and what every screen has. Keys for
+which it has no room are in the palette, and it says how many."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rich.style import Style
@@ -10,9 +11,6 @@ from textual.binding import ActiveBinding
 from textual.events import Click, Key
 from textual.screen import Screen
 from textual.widgets import Static
-
-AT_THE_RIGHT = ("f1", "ctrl+p", "ctrl+z")  # on every screen in the same place
-_APART = 2  # columns between two keys
 
 
 @dataclass(frozen=True)
@@ -31,12 +29,17 @@ class ShownKey:
         return f"{chip}{self.cap} {self.label}{chip}"
 
 
+PALETTE = ShownKey("ctrl+p", "^P", "Commands")
+AT_THE_RIGHT = ("f1", PALETTE.key, "ctrl+z")  # on every screen in the same place
+_BACK = "escape"  # the way back always has room
+_APART = 2  # columns between two keys
+
+
 @dataclass(frozen=True)
 class PlacedKey:
-    """Row and first column of a key."""
+    """A key and its first column."""
 
     shown: ShownKey
-    row: int
     column: int
 
     @property
@@ -76,7 +79,7 @@ class KeyRow(Static):
         main = getattr(screen, "main_key", "")
         active = (each for each in one_of_each(screen) if each.binding.show)
         keys = tuple(self._shown(each, main) for each in sorted(active, key=lambda each: each.binding.key != main))
-        keys += (ShownKey("ctrl+p", "^P", "Commands"),)
+        keys += (PALETTE,)
         if keys != self.keys:
             self.keys = keys
             self._draw()
@@ -86,24 +89,19 @@ class KeyRow(Static):
         return ShownKey(own.key, self.app.get_key_display(own), own.description, each.enabled, own.key == main)
 
     def _draw(self) -> None:
-        rows = self.placed[-1].row if self.placed else 0
         self.placed = placed(self.keys, self.size.width or self.app.size.width)
-        more = self.placed[-1].row if self.placed else 0
         key, chip = self._role("footer-key-foreground"), self._role("block-cursor-background")
         on_chip = self._role("block-cursor-foreground")
-        text, row, column = Text(no_wrap=True), 0, 0
+        text = Text(no_wrap=True)
         for each in self.placed:
             shown = each.shown
-            text.append("\n" * (each.row - row))
-            column = column if each.row == row else 0
-            text.append(" " * (each.column - column))
+            text.append(" " * (each.column - text.cell_len))
             if shown.is_main:
                 text.append(shown.words, Style(color=on_chip, bgcolor=chip, bold=True))
             else:
                 text.append(shown.cap, Style(color=key, bold=True, dim=not shown.enabled))
                 text.append(f" {shown.label}", Style(dim=not shown.enabled))
-            row, column = each.row, each.end
-        self.update(text, layout=rows != more)
+        self.update(text, layout=False)
 
     def _role(self, name: str) -> str:
         return self.app.theme_variables[name]
@@ -111,28 +109,31 @@ class KeyRow(Static):
     def on_click(self, event: Click) -> None:
         """Press the key that was pointed at."""
         for each in self.placed:
-            if each.row == event.y and each.column <= event.x < each.end:
+            if each.column <= event.x < each.end:
                 self.app.post_message(Key(each.shown.key, None))
 
 
 def placed(keys: Sequence[ShownKey], width: int) -> Sequence[PlacedKey]:
-    """Return where each key stands in so many columns: those of every screen at the right of the last row, unless that
-    is full."""
-    of_all = [each for each in keys if each.key in AT_THE_RIGHT and not each.is_main]
-    of_all.sort(key=lambda each: AT_THE_RIGHT.index(each.key))
-    found, row, column = list[PlacedKey](), 0, 0
-    for each in (each for each in keys if each not in of_all):
-        if column and column + len(each.words) > width:
-            row, column = row + 1, 0
-        found.append(PlacedKey(each, row, column))
-        column = found[-1].end + _APART
-    right = sum(len(each.words) + _APART for each in of_all) - _APART
-    if column and column + right > width:
-        row, column = row + 1, 0
-    column = max(column, width - right)
-    for each in of_all:
-        if column + len(each.words) > width and column:
-            row, column = row + 1, 0
-        found.append(PlacedKey(each, row, column))
-        column = found[-1].end + _APART
-    return found
+    """Return where keys stand in so many columns: the main action first, those of every screen at the right. The last
+    ones that have no room are left to the palette."""
+    right = [each for each in keys if each.key in AT_THE_RIGHT and not each.is_main]
+    right.sort(key=lambda each: AT_THE_RIGHT.index(each.key))
+    left, count = [each for each in keys if each not in right], 0
+    while _columns(left) + _APART + _columns(right) > width:
+        leaves = next((each for each in reversed(left) if not each.is_main and each.key != _BACK), None)
+        if leaves is None:
+            break
+        left.remove(leaves)
+        count += 1
+        right = [replace(each, label=f"{count} more") if each.key == PALETTE.key else each for each in right]
+    return [*_beside(left, 0), *_beside(right, width - _columns(right))]
+
+
+def _columns(keys: Sequence[ShownKey]) -> int:
+    return sum(len(each.words) + _APART for each in keys) - _APART
+
+
+def _beside(keys: Sequence[ShownKey], column: int) -> Iterator[PlacedKey]:
+    for each in keys:
+        yield PlacedKey(each, column)
+        column += len(each.words) + _APART

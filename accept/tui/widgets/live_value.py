@@ -107,12 +107,15 @@ class Gauge(Hanging):
         self.post_message(self.Looked(token, seen))
 
     def on_gauge_looked(self, event: Looked) -> None:
-        if event.token is not self._token or self._watch is None:
-            return
-        self._value = event.seen.measured
+        if event.token is self._token and self._watch is not None:
+            self.show(event.seen)
+
+    def show(self, seen: Look) -> None:
+        """Show what the instrument answered."""
+        self._value = seen.measured
         if self._value is not None:
             self._seen.append(self._value.value)
-        self._fault = event.seen.error or self._fault
+        self._fault = seen.error or self._fault
         self._draw()
 
     def on_resize(self) -> None:

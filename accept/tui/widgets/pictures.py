@@ -6,7 +6,6 @@ from collections.abc import Mapping
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.widgets import Label
 
 from accept.tui.widgets.plot import WIDE_FROM, PanelView
 from accept.tui.widgets.target import offset_panel
@@ -48,9 +47,14 @@ class Pictures(Vertical):
     def __init__(self) -> None:
         super().__init__(id="pictures")
         self.panels: Mapping[str, Panel] = {}
+        self.is_tab = False  # on a small terminal, which has no room for them beside the form
+
+    def be_tab(self, shown: bool) -> None:
+        """Take the place of the form on a small terminal, or leave it."""
+        self.is_tab = shown
+        self._draw()
 
     def compose(self) -> ComposeResult:
-        yield Label("", classes="quiet", id="which")
         yield Horizontal(classes="panels")
 
     def show(self, panels: Mapping[str, Panel]) -> None:
@@ -67,19 +71,17 @@ class Pictures(Vertical):
     def _shown(self) -> list[Panel]:
         width, height = self.app.size
         beside = 3 if width >= _HUGE_FROM else 1 if TARGET in self.panels and height < _TALL_FROM else 2
-        return list(self.panels.values())[: beside if width >= WIDE_FROM else 0]
+        return list(self.panels.values())[: beside if width >= WIDE_FROM else int(self.is_tab)]
 
     def _draw(self) -> None:
         """Draw by a message to itself, one after the other; not as a worker: to cancel one that waits for the old
         panels to go would cancel their tasks, and with them those of the screen and of the whole program."""
-        if self.is_attached and self.query("#which"):
+        if self.is_attached and self.query(".panels"):
             self.call_later(self._redraw)
 
     async def _redraw(self) -> None:
-        shown, count, views = self._shown(), len(self.panels), list(self.query(PanelView))
+        shown, views = self._shown(), list(self.query(PanelView))
         self.display = bool(shown)
-        words = f"F7: all {count} plots, on the whole screen" if count > len(shown) else "F7: plots on the whole screen"
-        self.query_one("#which", Label).update(words)
         for view, panel in zip(views, shown, strict=False):
             view.show(panel)
         for view in views[len(shown) :]:

@@ -10,6 +10,7 @@ from accept.workflow.dialogue import start_state, units
 from accept.workflow.dialogue.begin import Begun, BenchKinds, LookForPassphrase, LookUp
 from accept.workflow.dialogue.start_state import (
     CHOOSE_KIND,
+    OWN,
     SCAN,
     StartDialogue,
     labels,
@@ -80,15 +81,16 @@ def opening(given: Mapping[str, str], problem: str = "", is_open: bool = False) 
     unit that was wanted is not open; is_open: the bench is already. Otherwise it knows who worked here last: without a
     name, a serial that is scanned meanwhile is not the operator's."""
     left, serial = given.get("left", ""), given.get("serial", "")
-    d = StartDialogue({name: given.get(name, "") for name in labels()}, None, problem, left=left)
+    d = StartDialogue({name: given.get(name, "") for name in OWN}, None, problem, left=left)
     d = replace(d, named=d.value("operator"), back=left if serial else "")
     d = replace(d, cursor=d.lacking)
     return Turn(d, () if is_open else (OpenBench(d.value("operator"), holds=not d.value("operator")),))
 
 
 def opened(d: StartDialogue, bench: BenchKinds, proposed: Proposed) -> Turn:
-    """Propose what the bench knows; a proposed serial is replaced by what is typed or scanned."""
-    texts = {**d.texts, **{name: text for name, text in proposed.texts.items() if name in d.texts}}
+    """Propose what the bench knows, and ask for parts from here on: to search for the installed products takes longer
+    than the first screen may. A proposed serial is replaced by what is typed or scanned."""
+    texts = {name: proposed.texts.get(name, d.texts.get(name, "")) for name in labels()}
     texts["operator"] = texts["operator"] or proposed.operator
     texts["serial"] = texts["serial"] or proposed.serial
     if texts["kind"] not in bench.kinds:

@@ -13,16 +13,14 @@ if TYPE_CHECKING:
     from accept.workflow.steps.overview import Overview
     from accept.workflow.steps.unit_list import KnownUnit, Queue
 
-OWN = ("operator", "serial", "kind")  # fields of every unit; the others are parts
+OWN = {"operator": "Operator", "serial": "Serial", "kind": "Kind"}  # fields of every unit; the others are parts
 SCAN = "Scan a serial, or choose a unit with ↑↓; Enter opens it"
 CHOOSE_KIND = "←→: another kind. Enter: goes on"
 
 
 def labels() -> dict[str, str]:
     """Return the fields and their labels: those of every unit, then the parts of the installed products."""
-    own = ("Operator", "Serial", "Kind")
-    parts = {name: label for product in products().values() for name, label in product.parts.items()}
-    return dict(zip(OWN, own, strict=True)) | parts
+    return OWN | {name: label for product in products().values() for name, label in product.parts.items()}
 
 
 def parts_of(kind: str) -> tuple[str, ...]:

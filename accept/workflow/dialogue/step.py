@@ -120,7 +120,9 @@ def _give(d: StepDialogue, n: int, text: str, repeat: bool = False, sure: bool =
                 given = _take(d, n, parse_entry.parse_number(text, place.unit), repeat, text, sure)
     except EntryError as e:
         d = d.with_line(n, text=d.lines[n].text or text, refusal=f"✗ {e}", doubted=None)
-        given = _say(d, f"{place.name}: {e}", "bad", Common.BELL, do.ReturnLater(place.key))
+        is_serial = not place.is_file and text[:1].isalpha() and text[-1:].isdigit()
+        unit = ". A new unit? Esc, then scan it" if is_serial else ""
+        given = _say(d, f"{place.name}: {e}{unit}", "bad", Common.BELL, do.ReturnLater(place.key))
     return given.then(_go_on, n)
 
 
@@ -237,7 +239,7 @@ def _pick(d: StepDialogue) -> Turn:
     if n is None or not isinstance(declared, CsvTable | Series):
         others = any(map(has_files, d.step.check.forms))
         full = "No empty field for a file. ↑ ↓: choose the field to replace"
-        other = "This field wants a number. F6: take a file" if others else "This step takes no file"
+        other = "This field wants a number. ^F: take a file" if others else "This step takes no file"
         return _say(d, full if has_files(d.form) else other, "bad")
     proposed = d.proposed(n)
     return Turn(d, (do.PickFile(d.lines[n].place.key, declared, proposed.name if proposed is not None else ""),))
@@ -465,7 +467,7 @@ press: Callable[[StepDialogue, str], Turn] = by_key(
         "f3": _read_or_compare,
         "f4": _repeat,
         "f5": lambda d: Turn(d, (Do.ASK_NOTE,)),
-        "f6": _other_form,
+        "ctrl+f": _other_form,
         "f8": lambda d: Turn(d, (Do.ASK_REASON,)) if d.facts.state.entries else _say(d, _NO_ENTRIES, "bad"),
         "f9": _keep_or_sum_up,
         "ctrl+k": _keep,

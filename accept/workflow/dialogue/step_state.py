@@ -334,7 +334,7 @@ class StepDialogue:
         """Return whether a key has a meaning at this step."""
         if key == "ctrl+r":
             return self.facts.training
-        if key == "f6":
+        if key == "ctrl+f":
             return len(self.step.check.forms) > 1 and not self.step.derived
         return not self.step.derived or key in ("enter", "f3", "f5", "f9", "f10", "ctrl+d")
 

@@ -114,7 +114,7 @@ class StepService:
         text = asked.text.strip()
         if asked.is_file and self.path(text).exists():
             return ""
-        if asked.may_be_serial and (text == self.session.serial or self.bench.known_one(text) is not None):
+        if asked.may_be_serial and (text == self.session.serial or self.bench.is_serial(text)):
             return "unit"
         return "passphrase" if is_secret(asked.text) else ""
 

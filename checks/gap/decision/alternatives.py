@@ -13,8 +13,10 @@ from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.search.explanation import Alternative, Explanation
 
+Unnamed = GenericElement | UnmodelledMode  # by place, kind and values in place of a name
 OTHER_VALUES = "other values of"
 
 
@@ -55,9 +57,9 @@ class Alternatives:
         return (Alternative(self.claim.effect, self.whole), *best.values())
 
     @property
-    def elements(self) -> list[Alternative[GenericElement]]:
-        """Return the members, without the claim, that are elements of the mechanics."""
-        return [Alternative(m.member, m.whole) for m in self.members[1:] if isinstance(m.member, GenericElement)]
+    def elements(self) -> list[Alternative[Unnamed]]:
+        """Return the members, without the claim, that are no effects of the library."""
+        return [Alternative(m.member, m.whole) for m in self.members[1:] if isinstance(m.member, Unnamed)]
 
     @property
     def without_fit(self) -> tuple[str, ...]:

@@ -228,7 +228,8 @@ def _tried(result: SearchResult, claims: Sequence[Claim], failures: Mapping[str,
     found beside a disagreement; the best of what was tried; and what could not be evaluated."""
     base = result.base
     refused = [Tried((c.effect.name,), c.delta_lnL, c.p, "; ".join(c.reasons)) for c in claims if c.reasons]
-    others = ((r.member, r.whole.lnL - s.before.lnL, s.member.name) for s in result.steps for r in s.rivals[:RIVALS])
+    steps = result.steps if result.best.beside else ()
+    others = ((r.added, r.lnL - s.before.lnL, s.member.name) for s in steps for r in s.rivals[:RIVALS])
     near = [Tried((m.label,), gain, chance_of_gain(gain, m), f"in the place of {name}") for m, gain, name in others]
     ranked = sorted(result.tried, key=lambda c: -c.lnL)
     every = (Tried(c.response.labels, c.lnL - base.lnL, c.adequacy.p) for c in ranked[:12])

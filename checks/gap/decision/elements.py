@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.alternatives import OTHER_VALUES, Alternatives
+from checks.gap.decision.alternatives import OTHER_VALUES, Alternatives, Unnamed
 from checks.gap.decision.result import FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.element import (
@@ -16,9 +16,8 @@ from checks.gap.modelling.element import (
     OF_PLACE,
     RESONATOR,
     SPRING,
-    GenericElement,
 )
-from checks.gap.modelling.unmodelled_modes import FILTER, UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import FILTER
 from checks.gap.search.explanation import Alternative, Explanation
 from checks.model.model import Model
 from checks.model.parameters import is_declared
@@ -27,7 +26,6 @@ from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
 FitAll = Callable[[Explanation], Fit]
-Unnamed = GenericElement | UnmodelledMode
 AGAINST = {"top_joint": "payload", "bottom_joint": "base", "apa": "bottom interface"}
 NODES = ("top_interface", "bottom_interface", "payload")  # of which a point is stated
 HANGS = "a cable, a hose or a loose part that swings there"
@@ -71,7 +69,7 @@ def found_elements(classes: Sequence[Alternatives], fit: Fit, again: FitAll) -> 
     for own in classes:
         effect, model, elements = own.claim.effect, own.whole.response.model, own.elements
         library = tuple(n for n in own.names if n not in {m.member.name for m in elements})
-        if isinstance(effect, GenericElement):
+        if isinstance(effect, Unnamed):
             found = found_element(effect, elements, fit, model, library, own.request)
             out.append(replace(found, fitted=effect.name))
         elif elements:

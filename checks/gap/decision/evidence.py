@@ -15,6 +15,7 @@ from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import ROUNDS, required_gain, settle
 from checks.gap.search.explanation import MATTERS, Explanation
@@ -173,6 +174,8 @@ class NameEvidence:
     @property
     def missing_channels(self) -> str:
         """Return the channels on which the effect must show and that were not measured, if too few others remain."""
+        if isinstance(self.effect, GenericElement):
+            return ""
         channels = set(self.effect.channels)
         missing = channels - set(self.search.A.channels)
         return ", ".join(sorted(missing)) if len(channels) - len(missing) < AT_LEAST else ""
@@ -277,8 +280,8 @@ def on_a_mode(effect: Effect, response: Augmented, at: Values) -> bool:
     lopsided APA are coupled in another way, which no factor on them explains: a small mode there does, but means
     nothing."""
     values = response.of(at, effect.name)
-    if isinstance(effect, GenericElement) or not _adds_mode(effect, values):  # an element's coupling is the model's
-        return False
+    if isinstance(effect, GenericElement | UnmodelledMode) or not _adds_mode(effect, values):
+        return False  # an element's coupling is the model's
     f, ratio = frequency_and_damping(response.model.poles(response.changes(at)))
     mode, width = values["f_Hz"], values["f_Hz"] * values["damping_ratio"]
     return bool(np.any(np.abs(f - mode) < f * ratio + width))

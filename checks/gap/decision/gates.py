@@ -18,12 +18,13 @@ from checks.gap.modelling.experiment import sharpest
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.search.candidates import Effort, Search
-from checks.gap.search.disagreement import ExplainingStep, add_elements, add_one
-from checks.gap.search.explanation import STAND_IN, Explanation
-from checks.gap.search.forward import SearchResult
+from checks.gap.search.disagreement import add_elements, add_one
+from checks.gap.search.explanation import Explanation
+from checks.gap.search.forward import ExplainingStep, SearchResult
 
 LEFT = 1.0 / 3.0  # of the logarithms of Q over the cells where an effect acts: with more left, it is not the cause
 LEFT_OF_CHANNEL = 0.2  # of a channel's G: an effect that leaves more of every channel is no cause of its gap
+NOT_NEEDED = "is not needed: every channel agrees without it"
 FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 
 
@@ -64,7 +65,7 @@ GATES: tuple[Gate, ...] = (
         lambda e: e.exchanged_gain > e.required_gain,
         after="gain",
     ),
-    Gate("needed", "is not needed: every channel agrees without it", lambda e: not e.needless, beside=False),
+    Gate("needed", NOT_NEEDED, lambda e: not e.needless, beside=False),
     Gate(
         "share_left",
         "leaves {e.percent_left:.0f} % of the gap where it acts",
@@ -205,18 +206,20 @@ def judge_claims(
 def _compare_rivals(evidence: NameEvidence, step: ExplainingStep) -> tuple[list[Effect], tuple[str, ...]]:
     """Return the effects that do as well in the place of one, and why a member that does better takes its name."""
     best = evidence.best
-    near = [r.member for r in step.near(best.names)]
+    near = [r.added for r in step.near(best.names)]
     tried = add_one(evidence.search, evidence.without, near) if near else []
     if evidence.effect.rivals_elements:
         tried += add_elements(evidence.search, evidence.without)
-    better = [t for t in tried if t.whole.score > best.score]
-    alike = [t.member for t in tried if t.whole.score > best.score - STAND_IN and not t.member.stands_in]
-    return alike, tuple(f"explains less than {t.member.label}" for t in better if t.member.stands_in)
+    near = [c.added for c in tried if c.score > best.score - 0.5 * best.table.two_delta_lnL]
+    better = [c.added for c in tried if c.score > best.score]
+    alike = [member for member in near if not member.stands_in]
+    return alike, tuple(f"explains less than {member.label}" for member in better if member.stands_in)
 
 
 def _refused_with_others(claim: Claim, every: Sequence[Claim], table: Thresholds) -> Claim:
     for other in every:
         shared = set(other.effect.channels) & set(claim.effect.channels)
-        if not claim.reasons and other.reasons and other.delta_lnL > table.delta_lnL and shared:
+        refused = other.reasons not in ((), (NOT_NEEDED,))
+        if not claim.reasons and refused and other.delta_lnL > table.delta_lnL and shared:
             return replace(claim, reasons=(f"stands beside {other.effect.name}, which could not be named",))
     return claim

@@ -55,7 +55,7 @@ class Augmented:
 
     @property
     def unmodelled_modes(self) -> tuple[UnmodelledMode, ...]:
-        return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts)
+        return tuple(m for m in self.members if isinstance(m, UnmodelledMode) and m.counts and m.stands_in)
 
     @property
     def paths(self) -> tuple[UnmodelledMode, ...]:

@@ -87,11 +87,12 @@ def element(place: str, direction: str, kind: str) -> GenericElement:
     return _element(place, direction, kind, parameters)
 
 
-def parts_of(member: object) -> list[GenericElement]:
-    """Return the elements of a part of a holder's dynamic stiffness; none for another member."""
-    if not isinstance(member, GenericElement) or member.kind != HOLDER:
+def parts_of(member: object, kinds: Iterable[str] = (HOLDER,)) -> list[GenericElement]:
+    """Return the elements of one value that could be in the place of an element of some kinds; none for another
+    member."""
+    if not isinstance(member, GenericElement) or member.kind not in kinds:
         return []
-    return [element(member.place, member.direction, kind) for kind in kinds_at(member.place) if kind in PARTS]
+    return [element(member.place, member.direction, kind) for kind in kinds_at(member.place, PARTS)]
 
 
 def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:

@@ -9,7 +9,7 @@ delay: exp(-s tau)
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 import numpy as np
@@ -36,14 +36,15 @@ class RationalShape:
 
 @dataclass(frozen=True, kw_only=True)
 class UnmodelledMode(Effect):
-    """A shape on one channel, or on all of them. counts: whether it means that something is missing."""
+    """A shape on one channel, or on all of them. counts: whether it means that something is missing; stands_in: whether
+    it stands in for a name of the library, or is an explanation as any other."""
 
     shape: RationalShape
     channel: str
     counts: bool = True
     direction = ""
     of_kind = FILTER
-    stands_in = True
+    stands_in: bool = True
 
     @property
     def label(self) -> str:
@@ -194,9 +195,10 @@ FILTERS = (GAIN, DELAY, LOWPASS, MODE)
 
 
 def filters(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:
-    """Return a filter of every kind on every channel and, of several channels, in the drive."""
+    """Return a filter of every kind on every channel and, of several channels, in the drive: for a model whose effects
+    no library holds."""
     where = (*channels, ALL) if len(channels) > 1 else channels
-    return tuple(on_channel(shape, c, every=channels) for shape in FILTERS for c in where)
+    return tuple(replace(on_channel(shape, c, every=channels), stands_in=False) for shape in FILTERS for c in where)
 
 
 def unmodelled_modes(channels: tuple[str, ...]) -> tuple[UnmodelledMode, ...]:

@@ -5,7 +5,7 @@ complete, or an effect would have to be found as the fourth or fifth of one. Wit
 model, whose priors limit what a bench may add, it is the first.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -24,36 +24,11 @@ TWICE = 2.0  # the usual lag: an amplifier, a filter and a converter's latency t
 TWO_NAMES = 2  # effects by which lags of three channels are still told by their names
 
 
-@dataclass(frozen=True, eq=False)
-class OnBench:
-    """A calibrated model without and with the paths of a bench, each beside its disagreement: what neither explains
-    hardly bends them, be it an effect of the strut or a guide that gives way."""
-
-    without: Explanation
-    paths: Explanation
-
-    @property
-    def gain(self) -> float:
-        """Return the gain of the paths in profile log-likelihood of B."""
-        return self.paths.lnL - self.without.lnL
-
-    @property
-    def is_usual(self) -> bool:
-        """Return whether no path is larger than a bench's: a larger lag is an effect's."""
-        sizes = [(f"{m.name}.{p.name}", p.sd) for m in self.paths.response.paths for p in m.parameters]
-        return all(abs(self.paths.at[name]) < USUAL * sd for name, sd in sizes)
-
-    def is_needed(self, search: Search) -> bool:
-        """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside
-        which no single effect would be complete."""
-        lagging = tuple(m for m in search.library if m.lags)
-        largest = max((a.whole.lnL - self.without.lnL for a in add_one(search, self.without, lagging)), default=0.0)
-        return self.gain > largest + 0.5 * search.table.two_delta_lnL
-
-
-def on_bench(search: Search, base: Explanation) -> OnBench | None:
-    """Return a calibrated candidate on a bench with paths of its own; None if these explain little, or if the strut is
-    not held on the way."""
+def on_bench(search: Search, base: Explanation) -> Explanation | None:
+    """Return a calibrated candidate with the paths of a bench: fitted to explain all, if that is adequate, else beside
+    its disagreement. None if they explain little, if one of them is larger than a bench's, or if the strut is not held
+    on the way. Both are compared beside their disagreements: what neither explains hardly bends them, be it an effect
+    of the strut or a guide that gives way."""
     response = replace(base.response, members=(*base.response.members, *bench_paths(search.A.channels)))
     fits: list[list[Explanation]] = [[], []]
     for at in (base.at, {}):  # a calibration that has gone astray is not followed
@@ -61,18 +36,22 @@ def on_bench(search: Search, base: Explanation) -> OnBench | None:
             known += [b for b in (settle_if_held(search, r, at),) if b is not None]
         if not all(fits):
             return None
-        bench = OnBench(*(max(known, key=lambda b: b.lnL) for known in fits))
-        if bench.gain < LITTLE:
+        bare, paths = (max(known, key=lambda b: b.lnL) for known in fits)
+        if paths.lnL - bare.lnL < LITTLE:
             return None
-    return bench
+    usual = (abs(paths.at[f"{m.name}.{p.name}"]) < USUAL * p.sd for m in response.paths for p in m.parameters)
+    if not all(usual) or not _is_needed(search, bare, paths):
+        return None
+    whole = search.finish_to_the_end(search.begin(response.holding_scatter(paths.at), paths.at))
+    return whole if whole.adequate else search.begin(response, paths.at)
 
 
-def with_bench_paths(search: Search, bench: OnBench) -> Explanation:
-    """Return the model with the paths of a bench: fitted to explain all, if that is adequate, else beside its
-    disagreement."""
-    response, at = bench.paths.response, bench.paths.at
-    whole = search.finish_to_the_end(search.begin(response.holding_scatter(at), at))
-    return whole if whole.adequate else search.begin(response, at)
+def _is_needed(search: Search, bare: Explanation, paths: Explanation) -> bool:
+    """Return whether the paths explain more than any one lag of the library could: lags of several kinds, beside which
+    no single effect would be complete."""
+    lagging = tuple(m for m in search.library if m.lags)
+    largest = max((c.lnL - bare.lnL for c in add_one(search, bare, lagging)), default=0.0)
+    return paths.lnL - bare.lnL > largest + 0.5 * search.table.two_delta_lnL
 
 
 def without_lags(search: Search) -> Search:

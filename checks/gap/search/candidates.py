@@ -1,7 +1,7 @@
 """Candidates of an explanation: which members of the library are tried, and from which start each is fitted."""
 
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
@@ -20,11 +20,13 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.search.explanation import Explanation
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
 from checks.gap.search.residuals import SearchResiduals, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
+from checks.gap.statistics.projected_residual import Projected
 
 FEW, MANY = 4, 30  # steps for every start, and for those that go on
 GO_ON = 5  # starts of one round that go on
@@ -48,6 +50,8 @@ FROM_FAR = 3  # candidates of a round begin once more at the priors, if no candi
 # 16).
 WIDER_TOLERANCES = (0.3, 0.1, 0.03)
 WIDER_STEPS = 5
+REWEIGHTED = 2
+RESERVED = 0.5  # of the work of an analysis: for each other search, however the first one ended
 Say = Callable[[str], None]
 
 
@@ -69,7 +73,8 @@ class Effort:
 class Search:
     """The data and the library of a search. A, B: thinned datasets of the two realisations; library: members that may
     be added; effort, failures: shared by all searches of one analysis, the latter the members that could not be
-    evaluated, each with the reason."""
+    evaluated, each with the reason; by_prediction: whether the tolerance is a fraction of what is predicted, from the
+    first fit on."""
 
     A: Dataset
     B: Dataset
@@ -78,10 +83,15 @@ class Search:
     say: Say
     effort: Effort = field(default_factory=Effort)
     failures: dict[str, str] = field(default_factory=dict)
+    by_prediction: bool = False
 
     @property
     def over(self) -> bool:
         return self.effort.over
+
+    def with_effort_of_its_own(self) -> "Search":
+        """Return the same search with work to spend, whatever others have spent."""
+        return replace(self, effort=Effort(RESERVED * self.table.effort))
 
     @property
     def exchanged(self) -> "Search":
@@ -91,6 +101,21 @@ class Search:
     def on(self, data: Dataset) -> "Search":
         """Return the same search that fits to other data."""
         return replace(self, A=data)
+
+    def weighted_by(self, candidates: Sequence[Explanation]) -> tuple["Search", list[Explanation]]:
+        """Return the search with the tolerance by the prediction of the first of some candidates, and all of them
+        fitted again; both as they are, unless it is `by_prediction`."""
+        search, every = self, list(candidates)
+        for _ in range(REWEIGHTED if self.by_prediction and every else 0):
+            search = replace(search, A=every[0].around(search.A), B=every[0].around(search.B))
+            every = [search.refit(c.response, c.at) for c in every]
+        return search, every
+
+    def is_complete(self, c: Explanation) -> bool:
+        """Return whether chance explains what a candidate leaves, and no family of parts is off together by more than
+        chance, though each of them may be so alone."""
+        families = (m for m in self.library if isinstance(m, GenericElement) and m.name not in c.names)
+        return not c.beside and c.adequate and not any(screen(c.seen, m).p < self.table.p_global for m in families)
 
     def begin(self, response: Augmented, start: Mapping[str, float]) -> Explanation:
         """Return a response at a start: values by name, others at their priors. Raises ModelError if the model cannot
@@ -211,13 +236,18 @@ class Search:
                 at = blurred.advance(blurred.begin(response, at), WIDER_STEPS).at
         return self.begin(response, at)
 
+    def screened(self, seen: Projected, members: Iterable[Effect]) -> list[Score]:
+        """Return the scores of members on top of a calibrated response, and keep why some have none."""
+        every = [screen(seen, m) for m in members]
+        self.failures.update({s.member.name: s.failure for s in every if s.failure})
+        return every
+
     def add_one(self, base: Explanation, known: Collection[frozenset[str]] = ()) -> list[Explanation]:
         """Add every member to a candidate and fit them jointly, from the candidate's values and from the priors: a
         calibration that lacked the effect may have gone astray. known: sets that are fitted already."""
         on_A = base.on(self.A).seen
         absent = [m for m in self.library if m.name not in base.names and base.names | {m.name} not in known]
-        every = [screen(on_A, m) for m in absent]
-        self.failures.update({s.member.name: s.failure for s in every if s.failure})
+        every = self.screened(on_A, absent)
         promising = _promising([s for s in every if s.p < WORTH_A_FIT])
         starts: list[Explanation] = []
         for s in promising:
@@ -256,12 +286,7 @@ class Search:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
         strut has shows only when little else is missing."""
         model = with_damping(c.response.model, OTHER[c.response.model.damping])
-        if model is None:
-            return None
-        try:
-            return self.refit(replace(c.response, model=model), c.at)
-        except ModelError:
-            return None
+        return None if model is None else if_held(lambda: self.refit(replace(c.response, model=model), c.at))
 
     def with_likelier_damping(self, c: Explanation) -> Explanation:
         """Return the candidate with the form of damping that is more likely beyond doubt."""
@@ -276,21 +301,18 @@ class Search:
         response = base.response.with_member(member).holding_scatter(base.at)
         taken, own = member.stands_for(response.model), {f"{member.name}.{k}": v for k, v in values.items()}
         start = {k: v for k, v in base.at.items() if k not in taken} | own
-        try:
-            return self.advance(self.begin(response, start), steps)
-        except ModelError:
-            return None
+        return if_held(lambda: self.advance(self.begin(response, start), steps))
 
     def _from_screen(self, base: Explanation, score: Score) -> list[Explanation]:
         begun = (self.begun_with(base, score.member, values, FEW) for values in score.starts)
-        return [c for c in begun if c is not None]
+        return [c for c in begun if c]
 
     def _coarse_start(self, base: Explanation, score: Score) -> list[Explanation]:
         """Start as a calibration does, from the priors and on few bins: if the calibration without the effect is far
         off, only this start succeeds. All parameters are free, because modes that are held on the way lead
         elsewhere."""
         response, member = base.response.with_member(score.member), score.member
-        if member.stands_in:
+        if isinstance(member, UnmodelledMode):
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}

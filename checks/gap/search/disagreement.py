@@ -1,20 +1,18 @@
-"""Explanations that stand beside their disagreement: members are added one after the other, each fitted with the sizes
-of what it leaves free (`statistics.disagreement`)."""
+"""Explanations that stand beside their disagreement: members are fitted with the sizes of what they leave free
+(`statistics.disagreement`)."""
 
-from collections.abc import Collection, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from checks.errors import ModelError
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
 from checks.gap.search.candidates import Search
-from checks.gap.search.explanation import Alternative, Explanation
+from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.places import Places
-from checks.gap.search.screen import Score, screen
+from checks.gap.search.screen import Score
 from checks.gap.statistics.disagreement import with_disagreement
 
 EFFECTS_TRIED, STAND_INS_TRIED, ELEMENTS_TRIED = 8, 5, 3  # members of a round that are fitted, the best of the screen
@@ -23,48 +21,6 @@ ROUNDS = 6  # of weights
 STEPS, STEPS_HELD = 4, 6  # of a fit within a round, and of the first one, with the scatter held
 LARGE = 12.5  # gain in the screen, half of what a name needs, from which on an effect may be too large for the weights
 SMALL_GAIN = 0.1  # of log-likelihood: a round that gains less is the last
-NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
-
-
-@dataclass(frozen=True, eq=False)
-class ExplainingStep:
-    """One more effect in an explanation beside its disagreement. before: without it; after: with it; rivals: other
-    members in its place, the best first."""
-
-    member: Effect
-    before: Explanation
-    after: Explanation
-    rivals: tuple[Alternative[Effect], ...]
-
-    @property
-    def gain(self) -> float:
-        """Return the gain in log-likelihood of B."""
-        return self.after.lnL - self.before.lnL
-
-    def near(self, names: Collection[str]) -> list[Alternative[Effect]]:
-        """Return the rivals that come near. names: of members that are there already."""
-        least = self.after.score - NEAR
-        return [r for r in self.rivals if r.whole.score > least and r.member.name not in names]
-
-
-def search_beside(search: Search, start: Explanation) -> tuple[ExplainingStep, ...]:
-    """Return the effects that are found one after the other beside the disagreement. start: an explanation with no
-    member that counts, from whose calibration the search begins."""
-    search.say("looking beside what is left")
-    begun = [settle_if_held(search, start.response, at) for at in (start.at, {})]
-    state = max((b for b in begun if b is not None), key=lambda b: b.lnL)
-    steps: list[ExplainingStep] = []
-    while len(steps) < search.table.most_effects and not search.over:
-        tried = add_one(search, state)
-        first = next((t for t in tried if not t.member.stands_in), None)
-        if first is None:
-            break
-        step = ExplainingStep(first.member, state, first.whole, tuple(t for t in tried if t is not first))
-        if not step.gain > required_gain(search.table, first.member):
-            break
-        steps.append(step)
-        state = first.whole
-    return tuple(steps)
 
 
 def required_gain(table: Thresholds, member: Effect) -> float:
@@ -72,20 +28,18 @@ def required_gain(table: Thresholds, member: Effect) -> float:
     return table.delta_lnL + PER_PARAMETER * (len(member.parameters) - 1)
 
 
-def add_one(search: Search, state: Explanation, among: Sequence[Effect] = ()) -> list[Alternative[Effect]]:
+def add_one(search: Search, state: Explanation, among: Sequence[Effect] = ()) -> list[Explanation]:
     """Return members added to a state, each at its best beside the disagreement, by falling score; the few that look
     best in the screen. among: only these."""
     weighted = _weighted(search, state)
-    on_A = state.on(weighted.A).seen
     absent = [m for m in among or search.library if m.name not in state.response.names]
-    scores = sorted((screen(on_A, m) for m in absent), key=lambda s: -s.gain)
-    search.failures.update({s.member.name: s.failure for s in scores if s.failure})
+    scores = sorted(search.screened(state.on(weighted.A).seen, absent), key=lambda s: -s.gain)
     few = [s for s in scores if not s.member.stands_in][:EFFECTS_TRIED]
     few += [s for s in scores if s.member.stands_in][:STAND_INS_TRIED]
     return _fitted(search, weighted, state, few, LARGE)
 
 
-def add_elements(search: Search, state: Explanation) -> list[Alternative[Effect]]:
+def add_elements(search: Search, state: Explanation) -> list[Explanation]:
     """Return the generic elements that promise most added to a state, in the same way."""
     weighted = _weighted(search, state)
     scores = sorted(Places(state.on(weighted.A).seen).scores(), key=lambda s: -s.net)
@@ -94,23 +48,20 @@ def add_elements(search: Search, state: Explanation) -> list[Alternative[Effect]
 
 def _fitted(
     search: Search, weighted: Search, state: Explanation, scores: Sequence[Score], large: float
-) -> list[Alternative[Effect]]:
+) -> list[Explanation]:
     """Return members added to a state and fitted, by falling score. weighted: the search with what the state leaves;
     large: gain from which on an effect is also fitted with the weights of what it leaves itself."""
-    out: list[Alternative[Effect]] = []
+    out: list[Explanation] = []
     for score in scores:
         if search.over:
             break
-        fits = [_with_member(weighted, state, score.member, values) for values in score.starts]
+        fits = [_begun(weighted, state, score.member, values) for values in score.starts]
         if score.gain > large and not score.member.stands_in:
-            fits += [_with_large(search, state, score.member, values) for values in score.starts]
-        if held := [fit for fit in fits if fit is not None]:
-            out.append(Alternative(score.member, max(held, key=lambda fit: fit.lnL)))
-    out = sorted(out, key=lambda each: -each.whole.score)
-    for i, each in enumerate(out[:FOLLOWED]):
-        settled = settle_if_held(search, each.whole.response, each.whole.at)
-        out[i] = each if settled is None else replace(each, whole=settled)
-    return sorted(out, key=lambda each: -each.whole.score)
+            fits += [_large(search, state, score.member, values) for values in score.starts]
+        out += sorted((fit for fit in fits if fit), key=lambda fit: -fit.lnL)[:1]
+    out = sorted(out, key=lambda c: -c.score)
+    out[:FOLLOWED] = [settle_if_held(search, c.response, c.at) or c for c in out[:FOLLOWED]]
+    return sorted(out, key=lambda c: -c.score)
 
 
 def _weighted(search: Search, c: Explanation) -> Search:
@@ -118,33 +69,24 @@ def _weighted(search: Search, c: Explanation) -> Search:
     return search.on(with_disagreement(search.A, c.on(search.A).residual))
 
 
-def _with_member(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
+def _begun(weighted: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
     """Return a member added to a state and fitted from its own values, the scatter at its best; None if the strut is
     not held at them."""
-    with suppress(ModelError):
-        if (c := search.begun_with(state, member, values, STEPS_HELD)) is not None:
-            return replace(search.free_scatter(c), beside=True)
-    return None
+    c = weighted.begun_with(state, member, values, STEPS_HELD)
+    return c and if_held(lambda: replace(weighted.free_scatter(c), beside=True))
 
 
-def _with_large(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
-    """Return a member added to a state and fitted with the weights of what it leaves at its own values; None if the
-    strut is not held at them. Beside the disagreement without it, a large effect is hardly seen, and its fit stays
-    where the disagreement hides the most."""
+def _large(search: Search, state: Explanation, member: Effect, values: Values) -> Explanation | None:
+    """Return the same with the weights of what the member leaves at its own values. Beside the disagreement without it,
+    a large effect is hardly seen, and its fit stays where the disagreement hides the most."""
     start = {**state.at, **{f"{member.name}.{k}": v for k, v in values.items()}}
-    try:
-        weighted = _weighted(search, search.begin(state.response.with_member(member), start))
-    except ModelError:
-        return None
-    return _with_member(weighted, state, member, values)
+    own = if_held(lambda: _weighted(search, search.begin(state.response.with_member(member), start)))
+    return _begun(own, state, member, values) if own else None
 
 
 def settle_if_held(search: Search, response: Augmented, start: Values) -> Explanation | None:
     """Return a response fitted to A beside its disagreement; None if the strut is not held at values on the way."""
-    try:
-        return settle(search, response, start, ROUNDS)
-    except ModelError:
-        return None
+    return if_held(lambda: settle(search, response, start, ROUNDS))
 
 
 def settle(search: Search, response: Augmented, start: Values, rounds: int) -> Explanation:

@@ -7,6 +7,7 @@ too narrow. So the likelihood has the size of a disagreement in it (`statistics.
 explanation of everything, free for one that stands beside what it does not explain.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -14,6 +15,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from checks.arrays import Array, Complex
+from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
@@ -30,6 +32,7 @@ STAND_IN = 4.6  # of log-likelihood, a ratio of 100: beside a disagreement a fil
 GROSS = 1e4  # of a channel's G: most of it is no calibration's business
 MATTERS = 1.0  # mean energy of a member on a channel, in units of chance, from which on it acts there
 M = TypeVar("M", bound=Effect, covariant=True)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,15 @@ class Explanation:
     @property
     def names(self) -> frozenset[str]:
         return frozenset(self.response.names)
+
+    def around(self, data: Dataset) -> Dataset:
+        """Return data with the tolerance as a fraction of what this predicts."""
+        return data.around(self.response.frf(data.f, self.at, data.channels))
+
+    @property
+    def added(self) -> Effect:
+        """Return the member that was added last."""
+        return self.response.members[-1]
 
     @cached_property
     def modelled(self) -> Complex:
@@ -139,6 +151,14 @@ class Explanation:
         """Return the channels in which an effect changes a half octave by more than noise and tolerance."""
         most = left_by_cell(self.unseen, self.change_by(effect)).max(axis=0)
         return tuple(c for c, Q in zip(self.unseen.channels, most, strict=True) if Q > MATTERS)
+
+
+def if_held(fit: Callable[[], T]) -> T | None:
+    """Return the result of a fit; None if the structure is not held at values on the way."""
+    try:
+        return fit()
+    except ModelError:
+        return None
 
 
 @dataclass(frozen=True, eq=False)

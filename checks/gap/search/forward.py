@@ -1,24 +1,56 @@
-"""Which members of the library, together, explain the data: forward with a beam, then swaps and deletion."""
+"""One search: members are added to an explanation one after the other, stage by stage: from the library, elements at
+every place, beside a disagreement, or, for a model without a library, all at once; then swaps and deletion."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Effort, Search, best_of_each
-from checks.gap.search.disagreement import NEAR, ExplainingStep, search_beside, settle_if_held
+from checks.gap.modelling.element import HOLDER, RESONATOR, GenericElement, is_across, parts_of
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
+from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
 from checks.gap.search.explanation import Explanation
 
-BESIDE = 0.5  # of the work of an analysis: kept for each other search, however the first one ended
+NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
-Stages = Iterator[list[Explanation]]
+Beam = Sequence[Explanation]
+Rounds = Iterator[list[Explanation]]
+
+
+@dataclass(frozen=True)
+class SearchStage:
+    """A way to look for one more member. rounds: yields what is found on top of some candidates, beside each other, by
+    falling score; followed: of all that, the candidates that are worth one more member, the best first."""
+
+    rounds: Callable[[Search, Beam], Rounds]
+    followed: Callable[[Search, Beam, Beam], list[Explanation]]
+
+
+@dataclass(frozen=True, eq=False)
+class ExplainingStep:
+    """One more member in an explanation. before: without it; after: with it; rivals: with others in its place, the best
+    first."""
+
+    before: Explanation
+    after: Explanation
+    rivals: tuple[Explanation, ...]
+
+    @property
+    def member(self) -> Effect:
+        return self.after.added
+
+    def near(self, names: Collection[str]) -> list[Explanation]:
+        """Return the rivals that come near. names: of members that are there already."""
+        least = self.after.score - NEAR
+        return [r for r in self.rivals if r.score > least and r.added.name not in names]
 
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
     """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
-    of a search beside a disagreement, whose result is then `best`."""
+    by which it was found."""
 
     base: Explanation
     best: Explanation
@@ -43,71 +75,94 @@ class SearchResult:
         response = self.best.response
         return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
 
-    def continued_by(self, other: "SearchResult") -> "SearchResult":
-        """Return the result together with that of a search that started from its end."""
-        return SearchResult(self.base, other.best, other.rivals, (*self.tried, *other.tried))
+    def before(self, other: "SearchResult") -> "SearchResult":
+        """Return the result of a search that started from the end of this one, together with it."""
+        return replace(other, base=self.base, tried=(*self.tried, *other.tried))
+
+
+def grow(search: Search, start: Explanation, stage: SearchStage, most: int, width: int = 1) -> SearchResult:
+    """Add at most so many members to an explanation, one after the other. width: candidates that are followed after the
+    first round, later ones follow the best alone. What a round finds first that is complete ends the search."""
+    beam = [start]
+    tried: list[Explanation] = []
+    steps: list[ExplainingStep] = []
+    for size in range(1, most + 1):
+        if search.over:
+            break
+        found: list[Explanation] = []  # of this round
+        for more in stage.rounds(search, beam):
+            found = best_of_each([*more, *found])
+            first = sorted(more[: 2 * GO_ON], key=lambda c: not search.is_complete(c))
+            weighted, first = search.weighted_by(first)
+            if complete := [c for c in first if weighted.is_complete(c)]:
+                return _finish(weighted, start, complete, (*tried, *found))
+        tried += found
+        if not (better := stage.followed(search, beam, found)):
+            break
+        steps.append(ExplainingStep(beam[0], better[0], tuple(c for c in found if c is not better[0])))
+        search, beam = search.weighted_by(better[: width if size == 1 else 1])
+    return SearchResult(start, max([start, *tried], key=lambda c: c.score), (), tuple(tried), tuple(steps))
+
+
+def _by_library(search: Search, beam: Beam) -> Rounds:
+    search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
+    found: list[Explanation] = []
+    for b in beam:
+        if not found or b.cost <= NO_RIVAL * min(c.cost for c in found):
+            found = best_of_each([*found, *search.add_one(b, {c.names for c in found})])
+            yield found
+    if search.over:
+        return
+    again = search.refit_from_priors(found)
+    again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
+    yield again
+    likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
+    yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
+
+
+def _by_elements(search: Search, beam: Beam) -> Rounds:
+    search.say("looking for places of what is missing")
+    found = search.add_element(beam[0])
+    yield found
+    yield search.refit_from_priors(found)
+
+
+def _beside(search: Search, beam: Beam) -> Rounds:
+    yield add_one(search, beam[0])
+
+
+def _everywhere(search: Search, beam: Beam) -> Rounds:
+    found = [*search.add_one(beam[0]), *search.add_element(beam[0], in_path=True)]
+    for c in [c for c in found if not is_possible(c)]:  # an element of one value in its place may be
+        simpler = ((m, parts_of(m, (HOLDER, RESONATOR))) for m in c.response.members)
+        found += [s for m, parts in simpler for s in search.with_parts(c, m, parts)]
+    yield [c for c in best_of_each(found) if is_possible(c)]
+
+
+def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
+    """Return the candidates that gain what a name needs, and so much of the misfit that few members may explain all."""
+    before = max(b.lnL for b in beam)
+    needed = max(search.table.delta_lnL, search.table.progress * -before)
+    return [c for c in found if c.lnL > before + needed]
+
+
+def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
+    """Return the best candidate whose new member stands in for no name, if it gains enough."""
+    first = next((c for c in found if not c.added.stands_in), None)
+    return [first] if first and first.lnL - beam[0].lnL > required_gain(search.table, first.added) else []
+
+
+LIBRARY = SearchStage(_by_library, _those_that_progress)
+ELEMENTS = SearchStage(_by_elements, _those_that_progress)
+BESIDE = SearchStage(_beside, _first_effect)
+EVERYWHERE = SearchStage(_everywhere, _first_effect)
 
 
 def explain(search: Search, base: Explanation, most: int, width: int) -> SearchResult:
     """Return the smallest set of at most so many more members of the library that is adequate on B; failing that, the
     set that explains most. width: partial explanations that are followed after the first round."""
-
-    def by_library(beam: Sequence[Explanation]) -> Stages:
-        search.say(f"looking for effect {len(beam[0].response.counted) + 1}")
-        found: list[Explanation] = []
-        for b in beam:
-            if not found or b.cost <= NO_RIVAL * min(c.cost for c in found):
-                found = best_of_each([*found, *search.add_one(b, {c.names for c in found})])
-                yield found
-        if search.over:
-            return
-        again = search.refit_from_priors(found)
-        again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
-        yield again
-        likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
-        yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
-
-    found = _forward(search, base, most, width, by_library)
+    found = grow(search, base, LIBRARY, most, width)
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
-
-
-def explain_by_elements(search: Search, base: Explanation, most: int) -> SearchResult:
-    """Return the explanation by at most so many generic elements, on top of a candidate; with its rivals, if it is
-    adequate."""
-
-    def by_elements(beam: Sequence[Explanation]) -> Stages:
-        found = search.add_element(beam[0])
-        yield found
-        yield search.refit_from_priors(found)
-
-    search.say("looking for places of what is missing")
-    search = replace(search, effort=Effort(BESIDE * search.table.effort))  # whatever the library's search has spent
-    return _forward(search, base, most, 1, by_elements)
-
-
-def _forward(
-    search: Search, base: Explanation, most: int, width: int, stages: Callable[[Sequence[Explanation]], Stages]
-) -> SearchResult:
-    """Add at most so many members to a candidate, one after the other. stages: yields what a round finds beside each
-    other; the first stage with an adequate explanation ends the search."""
-    beam = [base]
-    tried: list[Explanation] = []
-    for size in range(1, most + 1):
-        if search.over:
-            break
-        found: list[Explanation] = []  # of this round
-        for more in stages(beam):
-            found = best_of_each([*more, *found])
-            if adequate := [c for c in more[: 2 * GO_ON] if c.adequate]:
-                return _finish(search, base, adequate, (*tried, *found))
-        tried += found
-        before = max(b.lnL for b in beam)
-        needed = max(search.table.delta_lnL, search.table.progress * -before)
-        better = [c for c in found if c.lnL > before + needed]
-        if search.over or not better:
-            break
-        beam = better[: width if size == 1 else 1]
-    return SearchResult(base, max([base, *tried], key=lambda c: c.score), (), tuple(tried))
 
 
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
@@ -115,9 +170,10 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     is adequate after all, with its rivals, or one with its steps.
 
     result: of the search for what explains everything."""
-    base = result.base
-    search = replace(search, effort=Effort(BESIDE * search.table.effort))
-    steps = search_beside(search, base)
+    search.say("looking beside what is left")
+    base, search = result.base, search.with_effort_of_its_own()
+    begun = [c for at in (base.at, {}) if (c := settle_if_held(search, base.response, at)) is not None]
+    steps = grow(search, max(begun, key=lambda c: c.lnL), BESIDE, search.table.most_effects).steps
     if not steps:
         return result
     steps = (*steps[:-1], _from_better_start(search, steps[-1], result))
@@ -129,10 +185,10 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     rivals = []
     for step in steps:
         less = last.without(step.member.name)
-        for r in (r for r in step.near(last.names) if not r.member.stands_in):
-            at = less.at | {f"{r.member.name}.{k}": v for k, v in r.whole.of(r.member.name).items()}
+        for r in (r for r in step.near(last.names) if not r.added.stands_in):
+            at = less.at | {f"{r.added.name}.{k}": v for k, v in r.of(r.added.name).items()}
             with suppress(ModelError):  # the strut is not held at such values: no rival
-                rivals.append(search.refit(less.response.with_member(r.member), at))
+                rivals.append(search.refit(less.response.with_member(r.added), at))
     adequate = [own, *(c for c in rivals if c.adequate)]
     return _finish(search, base, adequate, (*tried, own, *rivals))
 
@@ -167,10 +223,10 @@ def _finish(
     not need, with effects in the place of unmodelled modes if these do as well, and with the form of damping that the
     data ask for; the others are its rivals."""
     best = search.prune(_prefer_named(adequate))
-    if named := [c for c in search.swap_members(best) if c.adequate]:
+    if named := [c for c in search.swap_members(best) if search.is_complete(c) and is_possible(c)]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
-    elsewhere = [c for c in search.with_elements_elsewhere(best) if c.adequate]
+    elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and is_possible(c)]
     adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
@@ -180,6 +236,19 @@ def _finish(
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+
+
+def is_possible(c: Explanation) -> bool:
+    """Return whether elements, and filters that stand in for no name, have values that their kinds can have: what
+    swings does so within the band, nothing is taken away that was not there, and nothing comes before its cause. Others
+    are signs of another class."""
+    f = c.unseen.f
+    for m in (m for m in c.response.effects if isinstance(m, GenericElement | UnmodelledMode)):
+        own, positive = c.of(m.name), ("m_kg", "J_", "c_", "tau_", *(() if is_across(m.place) else ("k_",)))
+        swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]  # and a part may be softer than drawn
+        if not swings or any(v <= 0.0 for n, v in own.items() if n.startswith(positive)):
+            return False
+    return True
 
 
 def _prefer_named(adequate: Sequence[Explanation]) -> Explanation:

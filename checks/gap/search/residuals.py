@@ -47,9 +47,6 @@ class SearchResiduals:
         """Return the bounds of x."""
         return self.lo / self.unit, self.hi / self.unit
 
-    def inside(self, x: Array) -> Array:
-        return np.asarray(np.clip(x * self.unit, self.lo, self.hi) / self.unit)
-
     def values(self, x: Array) -> dict[str, float]:
         return dict(zip(self.names, (float(v) for v in np.clip(x * self.unit, self.lo, self.hi)), strict=True))
 

@@ -53,10 +53,6 @@ class Share:
         """Return its dynamic stiffness (F, n, n) at s (F,) [1/s]."""
         return np.asarray(sum(s[:, None, None] ** k * A for k, A in self._powers), dtype=np.complex128)
 
-    def force(self, s: Complex, x: Complex) -> Complex:
-        """Return the force (F, n) that it takes to move it by x (F, n)."""
-        return np.asarray(sum(s[:, None] ** k * (x @ A.T) for k, A in self._powers), dtype=np.complex128)
-
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
@@ -154,8 +150,8 @@ class LinearModel:
                 one = [i for i, c in enumerate(self.channels if channels is None else channels) if c == of]
                 out[k][:, one] = (x @ sensors[one].T) * self._by(s) / v[name]
             else:
-                force = self.shares[of].force(s, x) if kind == "share" else self._force_slope(name, v, s, x)
-                out[k] = -np.einsum("fic,fi->fc", y, force)
+                Zx = self.shares[of].stiffness(s) @ x[..., None] if kind == "share" else self._slope(name, v, s, x)
+                out[k] = -np.einsum("fic,fi->fc", y, Zx[..., 0])
         return out
 
     def place_receptances(
@@ -200,13 +196,13 @@ class LinearModel:
             Z += e.stiffness(s)[:, None, None] * np.outer(row, row)
         return np.asarray(np.linalg.solve(Z, loads[None].astype(complex)), dtype=np.complex128)
 
-    def _force_slope(self, name: str, v: Values, s: Complex, x: Complex) -> Complex:
-        """Return the derivative (F, n) by a value of an element of the force that it takes to move it by x (F, n)."""
+    def _slope(self, name: str, v: Values, s: Complex, x: Complex) -> Complex:
+        """Return the derivative (F, n, 1), by a value of an element, of the force that moves it by x (F, n)."""
         h, head = derivative_step(name, v[name]), name.rpartition(".")[0]
         own = {n: x for n, x in v.items() if n.startswith(f"{head}.")}
         (above,), (below,) = (attached_of({**own, name: v[name] + d}) for d in (h, -h))
         row = row_of(self.places, above.place, above.direction, above.point)
-        return np.outer((above.stiffness(s) - below.stiffness(s)) / (2.0 * h) * (x @ row), row)
+        return np.outer((above.stiffness(s) - below.stiffness(s)) / (2.0 * h) * (x @ row), row)[..., None]
 
 
 def modal_dampers(M: Array, K: Array, ratio: float) -> list[Array]:

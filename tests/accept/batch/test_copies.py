@@ -192,6 +192,21 @@ def test_one_recording_in_two_sections_counts_in_neither(tmp_path: Path, spec: P
     assert found["sensor_uF"]["verdict"] == "pass"
 
 
+def test_one_recording_that_goes_over_to_another_section_is_a_copy(tmp_path: Path, spec: Path) -> None:
+    """In the same folder, with another recording in its place."""
+    spec.write_text(
+        LOOPS + '[checks.stiffness]\nrequired = false\n[checks.stiffness.limits.k_closed_N_per_um]\nlower = 1.0\n'
+        'unit = "N/um"\nrule = "simple"\nsource = "test"\n'
+    )  # fmt: skip
+    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1))
+    text = UNIT + '[stiffness]\nclosed_circuit = "h.mat"\nmass_kg = 6.4\n'
+    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 2, "other.mat", text))
+    (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
+    found = {f["quantity"]: f for f in entry["findings"]}
+    assert found["k_closed_N_per_um"]["cause"]["code"] == "samples_copied"
+    assert found["hysteresis_percent"]["verdict"] == "pass"
+
+
 def test_judging_again_and_measuring_again_are_no_copies(tmp_path: Path, spec: Path) -> None:
     """The same folder, the folder moved and one added to it; a golden unit measured ten times in folders of its own."""
     folder, out = unit(tmp_path / "A", "A-1", 1), tmp_path / "out"

@@ -97,6 +97,18 @@ def test_no_command_is_imported_for_the_list_of_commands(asked: list[str]) -> No
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+@pytest.mark.parametrize("options", [[], ["APA-01", "--operator", "Ann"]])
+def test_the_first_screen_waits_for_nothing_that_the_bench_needs(options: list[str]) -> None:
+    run = f"import sys; sys.argv = ['accept', 'run', *{options}]\nimport accept.commands.bench.run as command\n"
+    run += "command.show = lambda wanted: print(wanted.unit, wanted.operator, *sys.modules) or 0\n"
+    run += "from accept.cli.main import main; main()"
+    named = {**os.environ, "ACCEPT_OPERATOR": "Bob"}
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=True, env=named)
+    unit, operator, *modules = done.stdout.split()
+    assert [unit, operator] == (["APA-01", "Ann"] if options else ["None", "Bob"])
+    assert not {"numpy", "pydantic", "multiprocessing", "sqlalchemy", "accept.workflow.bench"} & set(modules)
+
+
 def test_a_misspelt_command_is_answered_with_the_one_that_was_meant() -> None:
     done = CliRunner().invoke(app, ["misaling"])
     assert done.exit_code == 2

@@ -335,7 +335,7 @@ async def test_a_file_that_is_no_record_is_refused(tmp_path: Path):
     (tmp_path / "bad.csv").write_text("x_mm,y_mm\n1,2\n")
     async with running(loader(records=tmp_path)) as pilot:
         await begin(pilot)
-        await press(pilot, "enter", "f6", "f2")
+        await press(pilot, "enter", "ctrl+f", "f2")
         assert screen(pilot) == "Pick"
         await press(pilot, "enter")
         assert "z_um" in str(pilot.app.screen.query(Field).first().query_one(".reason").render())
@@ -401,7 +401,7 @@ def arrived(path: Path, seconds_ago: float) -> Path:
 async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Path):
     async with running(loader(records=tmp_path)) as pilot:
         await begin(pilot)
-        await press(pilot, "enter", "f6")
+        await press(pilot, "enter", "ctrl+f")
         (field,) = pilot.app.screen.query(Field)
         assert pilot.app.screen.dialogue.proposed(0) is None
         arrived(tmp_path / "flat.csv", 10)
@@ -419,7 +419,7 @@ async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(t
         await begin(pilot, "APA-01")
         await press(pilot, "enter", "enter", "escape", "escape")
         await begin(pilot)
-        await press(pilot, "enter", "f6")
+        await press(pilot, "enter", "ctrl+f")
         assert pilot.app.screen.dialogue.proposed(0) is None
         arrived(tmp_path / "now.csv", 0)
         await pilot.app.screen.look_again()
@@ -444,7 +444,7 @@ async def test_every_check_has_a_step_made_from_its_declaration_alone():
             for form in step.check.forms:
                 names = {field.place.declared.name for field in pilot.app.screen.query(Field)}
                 assert names == {i.name for i in pilot.app.screen.dialogue.form.inputs}
-                await press(pilot, *(["f6"] if len(step.check.forms) > 1 else []))
+                await press(pilot, *(["ctrl+f"] if len(step.check.forms) > 1 else []))
                 assert form in step.check.forms
             await press(pilot, "escape")
 
@@ -459,7 +459,7 @@ async def test_help_on_every_screen():
             await press(pilot, *keys)
             assert screen(pilot) == "Help"
             told = "\n".join(str(part.render()) for part in pilot.app.screen.query(Static))
-            assert ("F6          Input" in told) == (len(keys) == 2)  # not in the footer, and here nevertheless
+            assert ("^F          Other input" in told) == (len(keys) == 2)  # not in the footer, and here nevertheless
             await press(pilot, "escape")
         await press(pilot, "escape", "f9", "f1")
         assert screen(pilot) == "Help"

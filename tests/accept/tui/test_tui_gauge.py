@@ -161,8 +161,8 @@ def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 async def to_records_of_stroke(pilot) -> None:
     await begin(pilot, "APA-01")
     await press(pilot, *STROKE)
-    if "F6" in title(pilot, "#entries") and not any(f.place.is_file for f in pilot.app.screen.query("Field")):
-        await press(pilot, "f6")
+    if "^F" in title(pilot, "#entries") and not any(f.place.is_file for f in pilot.app.screen.query("Field")):
+        await press(pilot, "ctrl+f")
 
 
 @pytest.mark.slow
@@ -205,7 +205,7 @@ async def test_a_record_that_is_there_is_not_measured_again_by_one_key(tmp_path,
             os.utime(there, (time.time() - 60.0,) * 2)  # written to its end
             await press(pilot, *STROKE)
             if not any(f.place.is_file for f in pilot.app.screen.query(Field)):
-                await press(pilot, "f6")
+                await press(pilot, "ctrl+f")
             await press(pilot, "f3")
             assert "Enter: take stroke_one_stack.mat. F3 again: measure at the rig" in words(pilot, "#status")
             session = pilot.app.screen.session

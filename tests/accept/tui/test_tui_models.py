@@ -84,7 +84,7 @@ async def test_misalignment_is_found_shown_and_not_computed_again_after_a_restar
         await open_row(pilot, "misalignment")
         assert "Misalignment dy" in words(pilot, "#findings")
         assert set(pilot.app.session.judgements.panels("misalignment")) == set(panels)
-        await press(pilot, "f7", *["right"] * list(panels).index("map"))
+        await press(pilot, "f7", "f7", *["right"] * list(panels).index("map"))
         assert "●" in picture(pilot)  # the estimate on its map
 
 
@@ -223,7 +223,7 @@ async def test_pictures_that_come_faster_than_they_are_drawn_do_no_harm(begun, m
     async with running(loader("strut")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "gap")
-        await press(pilot, "f7")
+        await press(pilot, "f7", "f7")
         for turns in range(40):
             pilot.app.post_message(Key("right", None))
             for _ in range(turns):  # of the event loop, so that the next one comes at every stage of the drawing

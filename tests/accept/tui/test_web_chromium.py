@@ -197,7 +197,7 @@ def measure(at: Browser) -> None:
     for title, files in steps.items():
         opened(at, title)
         if title in ("Stroke", "Axial stiffness"):
-            at.wait_for("Input: records")  # the step opens with what is there
+            at.wait_for(r"\^F: values")  # the step opens with what is there
         for entry in (*files, *(["6.4 kg"] if title == "Axial stiffness" else [])):
             at.line(entry)
             at.saved()

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 from textual.events import Click
 from textual.message import Message
-from textual.widgets import DataTable, Static
+from textual.widgets import DataTable
 
 from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.tui.widgets.card import entitle
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import coloured, limit_bar, numbers
 
 if TYPE_CHECKING:
@@ -135,11 +136,11 @@ def state_words(unit: "KnownUnit") -> Text:
     return Text(unit.state, "cyan" if unit.is_begun else "dim")
 
 
-class UnitCard(Static):
+class UnitCard(Hanging):
     """The unit under the cursor: what was found at it, as the store has it, and what was done last."""
 
     def __init__(self, id: str) -> None:
-        super().__init__("", id=id, markup=False, classes="card")
+        super().__init__(id=id, classes="card")
         self._unit: KnownUnit | None = None
         self._words = ""
 
@@ -159,7 +160,7 @@ class UnitCard(Static):
         unit = self._unit
         entitle(self, *(("Unit",) if unit is None else (unit.serial, f"attempt {unit.attempt}")))
         self.set_class(unit is not None and unit.waits_for_qa, "bad")
-        self.update(Text(self._words, "dim") if unit is None else unit_text(unit, *self.content_size))
+        self.hang(Text(self._words, "dim") if unit is None else unit_text(unit, *self.content_size))
 
 
 def unit_text(unit: "KnownUnit", width: int, height: int) -> Text:
@@ -187,9 +188,7 @@ def unit_text(unit: "KnownUnit", width: int, height: int) -> Text:
         above = [Text.assemble((f"{mark} ", style), title) for mark, style, title in unit.marks[:rows]]
     if 0 < len(above) < rows:
         above.append(Text())
-    text = Text("\n").join([*above, *below])
-    text.no_wrap, text.overflow = True, "ellipsis"
-    return text
+    return Text("\n").join([_cut(line, width) for line in (*above, *below)])
 
 
 def _standing(unit: "KnownUnit") -> Text:

@@ -16,12 +16,15 @@ from accept.tui.app import BenchApp
 from accept.tui.background.busy_screen import Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Choice, Help, Question
+from accept.tui.screens.gap import Explain
 from accept.tui.screens.page import Page
 from accept.tui.screens.plots import Plots
 from accept.tui.screens.record_picker import Pick
+from accept.tui.screens.start import StartScreen
 from accept.tui.screens.step import StepScreen
 from accept.tui.screens.steps import Steps
-from accept.tui.widgets.key_row import KeyRow, ShownKey, placed
+from accept.tui.screens.summary import Summary
+from accept.tui.widgets.key_row import PALETTE, KeyRow, ShownKey, placed
 from accept.tui.widgets.step_list import StepList
 from checks.picture import Line, Panel
 from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line, words
@@ -69,9 +72,10 @@ async def test_most_rows_of_the_screens_of_a_step_are_used() -> None:
     assert not {name: round(room, 2) for name, room in rooms.items() if room < USED}
 
 
-def test_no_key_of_the_screens_of_a_step_has_two_labels() -> None:
+def test_no_key_has_two_labels() -> None:
     labels = defaultdict[str, set[str]](set)
-    for screen in (Working, Scanning, Page, Steps, StepScreen, Question, Choice, Help, Pick):
+    of_unit = (Working, Scanning, Page, Steps, StepScreen, Explain, Summary, Plots)
+    for screen in (*of_unit, StartScreen, Question, Choice, Help, Pick):
         for binding in screen.__dict__.get("BINDINGS", ()):
             assert isinstance(binding, Binding)
             for key in binding.key.split(","):
@@ -80,20 +84,25 @@ def test_no_key_of_the_screens_of_a_step_has_two_labels() -> None:
     assert not {key: names for key, names in labels.items() if len(names) > 1}
 
 
-def test_keys_of_every_screen_stand_in_the_same_place_and_none_is_cut() -> None:
+@pytest.mark.parametrize(("width", "left_out"), [(60, 8), (80, 6), (120, 1), (160, 0)])
+def test_the_foot_is_one_row_and_says_how_many_keys_it_leaves_to_the_palette(width: int, left_out: int) -> None:
     names = ["File", "Measure", "Mean", "Note", "Other", "Plot", "Again", "Summary"]
-    keys = [ShownKey(f"f{n}", f"F{n}", name) for n, name in enumerate(names, 2)]
-    keys += [ShownKey("ctrl+z", "^Z", "Undo"), ShownKey("f1", "F1", "Help"), ShownKey("ctrl+p", "^P", "Commands")]
-    for width in (60, 80, 120):
-        found = placed(keys, width)
-        assert {each.shown for each in found} == set(keys)
-        assert all(each.end <= width for each in found)
-        assert [each.shown.cap for each in found[-3:]] == ["F1", "^P", "^Z"]
-        assert found[-1].end == width
-        rows = defaultdict[int, list[tuple[int, int]]](list)
-        for each in found:
-            rows[each.row].append((each.column, each.end))
-        assert all(a[1] < b[0] for row in rows.values() for a, b in itertools.pairwise(row))
+    keys = [ShownKey("enter", "Enter", "Save", is_main=True)]
+    keys += [ShownKey(f"f{n}", f"F{n}", name) for n, name in enumerate(names, 2)]
+    keys += [
+        ShownKey("escape", "Esc", "Steps"),
+        ShownKey("ctrl+z", "^Z", "Undo"),
+        ShownKey("f1", "F1", "Help"),
+        PALETTE,
+    ]
+    found = placed(keys, width)
+    assert len(found) == len(keys) - left_out
+    assert found[0].shown.is_main
+    assert "Esc" in [each.shown.cap for each in found]  # the way back is never left out
+    assert [each.shown.cap for each in found[-3:]] == ["F1", "^P", "^Z"]
+    assert found[-2].shown.label == (f"{left_out} more" if left_out else PALETTE.label)
+    assert found[-1].end == width
+    assert all(a.end < b.column for a, b in itertools.pairwise(found))
 
 
 async def test_an_arrow_sends_little(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,12 +12,14 @@ from textual.widgets import Static
 
 from accept.capture.setup import CaptureResult
 from accept.tui.background import busy_screen
+from accept.tui.screens.plots import Plots
 from accept.tui.widgets.fields import Field
+from accept.tui.widgets.plot import PanelView
 from accept.tui.widgets.step_list import StepList
 from accept.workflow import open_bench
 from accept.workflow.instruments.port import Instruments
 from hw.records import own_record
-from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, words
+from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, type_line, words
 
 HAMMER = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 
@@ -139,3 +141,26 @@ async def test_every_row_of_the_list_is_counted_or_said_to_be_optional() -> None
         await begin(pilot)
         rows = pilot.app.screen.query_one(StepList).row_count
         assert f"0 of {rows} steps  " in words(pilot, "#unit")
+
+
+async def test_on_a_small_terminal_the_plot_takes_the_place_of_the_form_until_escape() -> None:
+    async with running(size=(80, 24)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, "1.5")
+        step, line = pilot.app.screen, pilot.app.focused
+        form, plot = step.query_one("#form"), step.query_one("#plot")
+        await press(pilot, "f7")
+        assert pilot.app.screen is step  # unit, result and keys stay in sight
+        assert not form.display
+        assert plot.size.height > 10
+        assert plot.query(PanelView)
+        await press(pilot, "f7")
+        assert isinstance(pilot.app.screen, Plots)  # all of them
+        await press(pilot, "escape", "escape")
+        assert pilot.app.screen is step
+        assert form.display
+        assert not plot.display
+        assert pilot.app.focused is line
+        await press(pilot, "f7", "down")  # a key of the form brings it back
+        assert form.display

@@ -86,7 +86,7 @@ async def number(pilot: Pilot[None]) -> None:
 async def file(pilot: Pilot[None]) -> None:
     await begin(pilot)
     pilot.app.screen.query_one(StepList).stand_at("stroke")
-    await press(pilot, "enter", "f6")
+    await press(pilot, "enter", "ctrl+f")
 
 
 async def reason(pilot: Pilot[None]) -> None:

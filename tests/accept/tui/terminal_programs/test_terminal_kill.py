@@ -115,9 +115,9 @@ def work(ann: Technician) -> None:
         ann.step_at(at + 1, step.title)
         given = attempt.step(step.name).entries if attempt else ()
         if step.name in ("stroke", "stiffness") and not given:
-            if ann.at.wait_for("Input: (values|records)")[1] == "values":  # it opens with what is there
-                ann.at.press("F6")
-            ann.at.wait_for("Input: records")
+            if ann.at.wait_for(r"\^F: (values|records)")[1] == "records":  # it opens with what is there
+                ann.at.press("C-f")
+            ann.at.wait_for(r"\^F: values")
         for entry in ENTRIES[step.name][len(given) :]:
             ann.reads() if entry == READ else ann.types(entry)
         ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")

@@ -203,6 +203,13 @@ class TestEntries:
             assert (goes.serial, goes.queue.name) == ("APA-02", "capacitance")
             assert not at.d.lines[0].text
 
+    def test_a_serial_of_no_unit_in_a_line_says_where_it_is_scanned(self):
+        with at_step("capacitance", serial="APA-02") as at:
+            at.types("APA-077")
+            assert at.said.endswith("A new unit? Esc, then scan it")
+            at.types("4.99 V")
+            assert "new unit" not in at.said
+
     def test_a_value_that_is_typed_over_a_complete_step_is_not_saved(self):
         with at_step("stroke") as at:
             at.types("365")
@@ -450,7 +457,7 @@ class TestRecords:
 
     def test_a_form_that_was_chosen_stays(self, tmp_path: Path):
         with at_step("stroke", "apa", tmp_path) as at:
-            at.press("f6", "f6")
+            at.press("ctrl+f", "ctrl+f")
             assert at.d.form.name == "values"
             write_record(tmp_path / "stroke_one_stack.csv", ("V", "d"))
             at.looks()
@@ -460,7 +467,7 @@ class TestRecords:
         with at_step("stroke") as at:
             at.types("3.65")  # a hundredth of what is usual
             assert at.d.reason(0)[1] == "doubted"
-            at.press("f6")
+            at.press("ctrl+f")
             before = at.d
             at.comes_back()
             assert at.d == before

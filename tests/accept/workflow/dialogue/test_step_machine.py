@@ -17,7 +17,7 @@ SERIALS = (f"APA-{n}" for n in itertools.count(1000))
 SECRET = "correct-horse"
 SLIP = "49.9"  # of the point
 TEXTS = ("4.99", "9,85", "4990 nF", SLIP, "-3", "4.99 V", "abc", "1 2 3", "", SECRET)
-KEYS = ("f2", "f3", "f4", "f6", "f8", "f9", "f10", "up", "down", "ctrl+d", "ctrl+z")
+KEYS = ("f2", "f3", "f4", "ctrl+f", "f8", "f9", "f10", "up", "down", "ctrl+d", "ctrl+z")
 
 
 class StepMachine(RuleBasedStateMachine):
