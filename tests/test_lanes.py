@@ -21,6 +21,18 @@ def test_files_and_folders_are_there() -> None:
         assert [place for place in heavy.proves if not (ROOT / place).exists()] == []
 
 
+def test_what_proves_the_same_as_a_removed_test_is_there() -> None:
+    rows = [
+        line.split("|")[1:3]
+        for line in (ROOT / "tests/shared/removed_tests.md").read_text().splitlines()
+        if "::" in line
+    ]
+    assert rows
+    for _, proof in rows:
+        file, name = proof.strip().strip("`").split("::")
+        assert f"def {name}(" in (ROOT / "tests" / file).read_text(encoding="utf-8")
+
+
 def test_parameters_in_brackets_leave_the_others() -> None:
     assert is_heavy(KILLED)
     assert not is_heavy(f"{FILE}::test_killed_at_every_point[existing store]")

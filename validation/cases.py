@@ -6,7 +6,7 @@ library; effects take turns, so that each occurs equally often. A seed determine
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -60,7 +60,8 @@ DRAWN = (
 class Case:
     """One unit before it is recorded. effects: name -> parameters; outside: name -> parameters; dead: a channel without
     a signal; exchanged: two channels each in the other's place; bench: what it shares with the other units of its
-    bench, and learned: whether the model is learned on that bench, so that its own properties are no news."""
+    bench, and learned: whether the model is learned on that bench, so that its own properties are no news; hidden: what
+    else is put into the world."""
 
     serial: str
     kind: str
@@ -73,6 +74,7 @@ class Case:
     exchanged: tuple[str, str] | None = None
     bench: Bench | None = None
     learned: bool = False
+    hidden: Callable[[World], World] | None = None
 
     @property
     def world(self) -> World:
@@ -84,7 +86,7 @@ class Case:
             world = LIBRARY[name].add(world, parameters)
         for name, parameters in self.outside.items():
             world = outside_of(name).add(world, parameters)
-        return world
+        return world if self.hidden is None else self.hidden(world)
 
     def write(self, parent: Path) -> Path:
         """Write the unit's folder below `parent` and return it. The truth is not in it."""
@@ -120,7 +122,7 @@ class Case:
         if world.bends or world.cubic:
             return None
         f = np.geomspace(*BAND_HZ, BINS)
-        whiten = _whiteners(frf(World(self.strut), f), self.setting, f)
+        whiten = whiteners(frf(World(self.strut), f), self.setting, f)
         return _beyond(frf(world, f), self.strut, whiten, f, rounds, _start(self.strut, world.strut))
 
 
@@ -151,11 +153,11 @@ def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, 
     the truth. off: where to begin."""
     best, kept, step = np.inf, off, np.zeros(off.size)
     for _ in range(rounds + 1):
-        left = _stacked(whiten, target - frf(World(_moved(strut, off)), f))
+        left = stacked(whiten, target - frf(World(_moved(strut, off)), f))
         cost = float(np.hypot(np.linalg.norm(left), np.linalg.norm(off)))
         if cost < best:
             best, kept = cost, off
-            J = np.array([_stacked(whiten, each) for each in _sensitivities(_moved(strut, off), f)]).T
+            J = np.array([stacked(whiten, each) for each in sensitivities(_moved(strut, off), f)]).T
             A, b = np.vstack([J, np.eye(off.size)]), np.concatenate([left, -off])
             step = np.linalg.lstsq(A, b, rcond=None)[0]
         else:
@@ -174,7 +176,7 @@ def _moved(strut: Strut, off: Array) -> Strut:
     return replace(strut, **moved)
 
 
-def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
+def stacked(whiten: Sequence[Complex], x: Complex) -> Array:
     """Return the real and imaginary parts (6 F,), each of variance one if there is only noise and tolerance."""
     white = np.sqrt(2) * np.concatenate(
         [linalg.solve_triangular(half, channel, lower=True) for half, channel in zip(whiten, x, strict=True)]
@@ -182,7 +184,7 @@ def _stacked(whiten: Sequence[Complex], x: Complex) -> Array:
     return np.concatenate([white.real, white.imag])
 
 
-def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
+def sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
     """Return the change of the response per prior standard deviation of each drawn parameter."""
     for name, (_, sd) in priors().items():
         h, value = 1e-2 * sd, getattr(strut, name)
@@ -190,7 +192,7 @@ def _sensitivities(strut: Strut, f: Array) -> Iterator[Complex]:
         yield (up - down) / 2e-2
 
 
-def _whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
+def whiteners(H: Complex, s: Setting, f: Array) -> list[Complex]:
     """Return the Cholesky factors of each channel's covariance (F, F): white noise over drive in a bin's share of the
     record, and the tolerance, which is smooth: an error of a model keeps its size over a tenth of a decade or so."""
     noise = np.array([s.encoder_m, s.interferometer_m, s.sensor_V]) ** 2 * 2 / FS

@@ -89,7 +89,7 @@ def analyse(
     measured, notes = _read_responses(held, given.model)
     for words in measured.remarks:
         say(words)
-    given = as_weighed(given, measured.serial, measured.payload_kg)
+    given = as_weighed(given, measured.serial, measured.payload_kg, measured.payload_U_kg)
     A, B, more = realisations(measured, given.model.tolerance)
     trials, lost = trials_of(held, measured, given.model.tolerance)
     bench = given.model.learned

@@ -38,6 +38,7 @@ class Responses:
     second: Dataset | None
     merge_Hz: float
     payload_kg: float | None = None
+    payload_U_kg: float | None = None
     records: dict[str, Record] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
 
@@ -95,6 +96,7 @@ def responses(
         second=dataset("low_repeat", "high_repeat") if "low_repeat" in records else None,
         merge_Hz=merge_Hz,
         payload_kg=_number(values.get("payload_kg"), None),
+        payload_U_kg=payload.U if (payload := values.get("payload_kg")) is not None else None,
         records=records,
         inputs={record.name: record.sha256 for record in records.values()},
     )

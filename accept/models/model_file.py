@@ -16,6 +16,7 @@ from checks.fitting import Fit
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
 from checks.model import ELEMENT, UNIDENTIFIED, ModalApa, Model, Superelement, UnidentifiedElement, build_model
+from checks.quantity import COVERAGE_FACTOR
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
 from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, PopulationRecord
@@ -86,11 +87,12 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
     return OpenedModel(spec, model, left_out)
 
 
-def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None) -> OpenedModel:
-    """Return the model with the payload of the unit's folder; unchanged without one, and if it was fitted to this very
-    unit."""
+def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None, U_kg: float | None = None) -> OpenedModel:
+    """Return the model with the payload of the unit's folder, as sure as its U (k = 2) says; unchanged without one, and
+    if it was fitted to this very unit."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
-    return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg))
+    sd_kg = None if U_kg is None else U_kg / COVERAGE_FACTOR
+    return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg, sd_kg))
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:

@@ -27,6 +27,7 @@ from validation.model_files import write_model
 from validation.rational import highpass
 from validation.sets import Set
 from validation.strut import Attached
+from validation.studies.anywhere import right_places
 from validation.studies.elements import DRAWN, Truth, draw_cases
 
 ENTRY = re.compile(r'kind = "([^"]+)"(?:, (\w+) = ([\d.e+-]+))?')
@@ -79,8 +80,7 @@ def class_of(gap: Mapping[str, Any]) -> set[str]:
 
 def holds(gap: Mapping[str, Any], truth: Truth) -> bool:
     """Return whether the truth is in the class of an answer."""
-    places = {(p["part"], p["against"]) for e in gap.get("elements", ()) for p in e["places"]}
-    return bool(places & set(truth.places))
+    return any(right_places(truth.places, e["places"]) for e in gap.get("elements", ()))
 
 
 def outcome(first: Mapping[str, Any], second: Mapping[str, Any], truth: Truth) -> str:

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from accept.base.atomic_files import UNIT_FILE
-from accept.certificate.contents.laboratory import LABORATORY_FILE, Laboratory, method_of
+from accept.certificate.contents.bench_laboratory import Laboratory
+from accept.certificate.contents.laboratory import LABORATORY_FILE, method_of
 from accept.units import UnitFolder
 from specs.spec import Spec
 

@@ -21,13 +21,13 @@ from checks.gap.decision.experiments import (
 from checks.gap.decision.gates import Claim, accepted, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
+from checks.gap.decision.parts import all_channels_agree, beyond_parts
 from checks.gap.decision.result import (
     EXPLAINED,
     NO_MISSING,
     Ambiguous,
     Gaps,
     Named,
-    Nameless,
     Result,
     StepShown,
     Tested,
@@ -38,7 +38,6 @@ from checks.gap.decision.unidentified import static_bend, unidentified_effects
 from checks.gap.decision.verdict import named_effects, verdict_of
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import ALL
 from checks.gap.preparation.inputs import Problem
 from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation
@@ -50,10 +49,6 @@ from checks.model.channel_paths import LATENCIES
 from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
-# What is made, bought or weighed. Of the few such values that records tell, one in a hundred struts has one so many sd
-# off its file; further off a batch, as few units know their scatter badly.
-PARTS = ("joint.", "encoder.", "bench.payload_kg", "constants.ga_", "constants.gs_")
-BEYOND_FILE, BEYOND_BATCH = 3.1, 4.5
 
 
 def build_result(problem: Problem, search: Search, result: SearchResult, whole: Explanation) -> Result:
@@ -74,9 +69,11 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
     as_given = whole.adequate and result.best is base
     missing = () if as_given else unidentified_effects(full, decision.fit, decision.claims, slow, table)
+    if all_channels_agree(whole) and not (named or elements):
+        fit = decision.fit if result.best is base else fit_all_bins(problem, whole)[0]
+        missing = beyond_parts(whole, fit) or missing
     missing += static_bend(slow, table)
     missing += disagreements(experiments, problem.depends_on_level)
-    missing += () if missing or named or elements or rivals else _beyond_parts(full)
     verdict = verdict_of(full.adequate, (*named, *elements), rivals, missing)
     before = _left_before(whole, result, full, problem.B)
     gap_before = gaps_of(shown_before.on(problem.measured_B) if problem.early else shown_before)
@@ -311,18 +308,6 @@ def _agrees_before(base: Explanation, named: Sequence[Named], before: Gaps) -> t
     out = _far(base, base.table.pull)
     why = f"but only with values far from its file ({_worst(out)})" if out else "but for what lies in single bands"
     return (f"without what is named the model agrees as well, {why}",)
-
-
-def _beyond_parts(full: Explanation) -> tuple[Nameless, ...]:
-    """Return the values that leave what a part may have by its file, its batch or a measurement: a stack whose force is
-    gone in part, a stiffer joint, a mass that was left on. With them the fit agrees, and is no agreement with the
-    model. Dampings have no range."""
-    most = BEYOND_FILE if full.response.model.joint is None else BEYOND_BATCH
-    far = {n: z for n, z in _far(full, most).items() if n.startswith(PARTS) and ".c" not in n}
-    words = (
-        f"all channels agree, but with {_worst(far)} from what the part may have: measure it, or find what acts like it"
-    )
-    return (Nameless(ALL, (), (), False, words),) if far else ()
 
 
 def _far(c: Explanation, most: float) -> dict[str, float]:

@@ -140,6 +140,12 @@ class NameEvidence:
         """Return the parameters of the effect whose value lies on a physical bound."""
         return [n for p in self.effect.parameters if (n := f"{self.effect.name}.{p.name}") in self.final.at_bound]
 
+    @property
+    def is_early(self) -> bool:
+        """Return whether a lag is below zero with its whole interval: something else turns the phase."""
+        name = f"{self.effect.name}.tau_us"
+        return self.effect.lags and name in self.final.names and self.final.interval(name)[1] < 0.0
+
     @cached_property
     def contradiction(self) -> str:
         """Return why slow sines contradict the fitted values, or ""."""

@@ -100,6 +100,7 @@ GATES: tuple[Gate, ...] = (
     ),
     Gate("significant", "parameters not significant", lambda e: e.significant),
     Gate("within_limits", "{e.at_limit[0]} is at its physical limit", lambda e: not e.at_limit),
+    Gate("causal", "comes before its drive, as no lag does", lambda e: not e.is_early),
     Gate(
         "share",
         "explains {e.percent:.1f} % of the gap beside an unidentified effect",

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from accept.base.home import home
-from tests.accept.certificate.certificate_help import accept
+from tests.shared.command_line import accept
 
 DEEP = "[" * 100_000
 

@@ -27,6 +27,7 @@ from tests.accept.units.units import DRIVE, GOOD, LOOPS, save_mat
 from tests.checks.acceptance.play_model import Plays
 from tests.shared.command_line import accept
 
+UNCERTIFIED = "--no-certificates"  # where only the verdict is asked
 UNIT = """
 serial = "{serial}"
 kind = "apa"
@@ -66,8 +67,8 @@ def verdicts(out: Path) -> dict[str, str]:
     return {u["serial"]: u["verdict"] for u in json.loads((out / "results.json").read_text())["units"]}
 
 
-def batch(out: Path, spec: Path | str, *paths: Path) -> Result:
-    return accept("batch", *paths, "--spec", spec, "--out", out)
+def batch(out: Path, spec: Path | str, *words: object) -> Result:
+    return accept("batch", *words, "--spec", spec, "--out", out)
 
 
 @pytest.fixture(autouse=True)
@@ -139,8 +140,8 @@ def test_a_copy_under_two_serials_counts_for_neither_until_it_is_resolved(tmp_pa
     assert verdicts_again(out, spec, units)["A-1"] == "incomplete"
 
 
-def verdicts_again(out: Path, spec: Path | str, *paths: Path) -> dict[str, str]:
-    batch(out, spec, *paths)
+def verdicts_again(out: Path, spec: Path | str, *words: object) -> dict[str, str]:
+    batch(out, spec, *words)
     return verdicts(out)
 
 
@@ -174,7 +175,7 @@ def test_a_copy_without_its_first_sample_is_no_other_units(tmp_path: Path, spec:
     else:
         held = {k: v.ravel()[1:] for k, v in loadmat(second / file).items() if not k.startswith("_")}
         save_mat(second / file, **held)
-    batch(tmp_path / "out", spec, tmp_path / "units")
+    batch(tmp_path / "out", spec, tmp_path / "units", UNCERTIFIED)
     assert verdicts(tmp_path / "out") == {"A-1": "incomplete", "B-1": "incomplete"}
 
 
@@ -184,7 +185,7 @@ def test_one_recording_in_two_sections_counts_in_neither(tmp_path: Path, spec: P
         LOOPS + '[checks.stiffness]\nrequired = false\n[checks.stiffness.limits.k_closed_N_per_um]\nlower = 1.0\n'
         'unit = "N/um"\nrule = "simple"\nsource = "test"\n'
     )  # fmt: skip
-    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1, text=text))
+    batch(tmp_path / "out", spec, unit(tmp_path / "A", "A-1", 1, text=text), UNCERTIFIED)
     (entry,) = json.loads((tmp_path / "out" / "results.json").read_text())["units"]
     found = {f["quantity"]: f for f in entry["findings"]}
     assert found["hysteresis_percent"]["cause"]["code"] == "samples_copied"
@@ -210,23 +211,23 @@ def test_one_recording_that_goes_over_to_another_section_is_a_copy(tmp_path: Pat
 def test_judging_again_and_measuring_again_are_no_copies(tmp_path: Path, spec: Path) -> None:
     """The same folder, the folder moved and one added to it; a golden unit measured ten times in folders of its own."""
     folder, out = unit(tmp_path / "A", "A-1", 1), tmp_path / "out"
-    assert verdicts_again(out, spec, folder) == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, folder, UNCERTIFIED) == {"A-1": "accepted"}
     (folder / "unit.toml").write_text(UNIT.format(serial="A-1", file="h.mat").replace("4.99", "4.98"))
-    assert verdicts_again(out, spec, folder) == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, folder, UNCERTIFIED) == {"A-1": "accepted"}
     moved = Path(shutil.move(folder, tmp_path / "archive"))
-    assert verdicts_again(out, spec, moved) == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, moved, UNCERTIFIED) == {"A-1": "accepted"}
     for seed in range(10, 20):
-        assert verdicts_again(out, spec, unit(tmp_path / f"G{seed}", "G-1", seed)) == {"G-1": "accepted"}
+        assert verdicts_again(out, spec, unit(tmp_path / f"G{seed}", "G-1", seed), UNCERTIFIED) == {"G-1": "accepted"}
     assert accept("store", "copies").stdout == ""
 
 
 def test_a_record_of_an_earlier_attempt_is_no_second_measurement(tmp_path: Path, spec: Path) -> None:
     """As the workflow keeps attempts: one folder each below that of the serial."""
     place, out = tmp_path / "units" / "A-1", tmp_path / "out"
-    assert verdicts_again(out, spec, unit(place / "attempt-1", "A-1", 1)) == {"A-1": "accepted"}
-    assert verdicts_again(out, spec, unit(place / "attempt-2", "A-1", 1)) == {"A-1": "incomplete"}
+    assert verdicts_again(out, spec, unit(place / "attempt-1", "A-1", 1), UNCERTIFIED) == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, unit(place / "attempt-2", "A-1", 1), UNCERTIFIED) == {"A-1": "incomplete"}
     accept("store", "resolve", "A-1", "--measured", "A-1", "--reason", "only the capacitance was measured anew")
-    assert verdicts_again(out, spec, place / "attempt-2") == {"A-1": "accepted"}
+    assert verdicts_again(out, spec, place / "attempt-2", UNCERTIFIED) == {"A-1": "accepted"}
 
 
 def typed(folder: Path, serial: str, stroke_um: float = 373.2, heights: str = "42, 45.5, 52.5, 46") -> Path:
@@ -260,11 +261,11 @@ def test_few_readings_may_be_equal_and_one_unit_may_be_typed_again(tmp_path: Pat
     units, out = tmp_path / "units", tmp_path / "out"
     for serial in ("A-1", "B-1"):
         typed(units / serial, serial, heights="3.5, 3.5, 3.5, 3.5")
-    assert verdicts_again(out, "apa-basic", units) == {"A-1": "accepted", "B-1": "accepted"}
+    assert verdicts_again(out, "apa-basic", units, UNCERTIFIED) == {"A-1": "accepted", "B-1": "accepted"}
     for name, text in (("one", ""), ("two", ""), ("three", '[hysteresis]\nrecord = "h.mat"\n')):
         folder = typed(tmp_path / name, "C-1")
         (folder / "unit.toml").write_text((folder / "unit.toml").read_text() + text)
-        assert verdicts_again(out, "apa-basic", folder) == {"C-1": "accepted"}
+        assert verdicts_again(out, "apa-basic", folder, UNCERTIFIED) == {"C-1": "accepted"}
     assert accept("store", "copies").stdout == ""
 
 

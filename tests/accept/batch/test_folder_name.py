@@ -4,9 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from accept.cli.main import app
 from accept.commands.units import batch, report
 from accept.judging.reservations.folder_name import is_other_serial
 from accept.store import open_store
@@ -15,10 +13,7 @@ from accept.workflow.open_bench import open_bench
 from accept.workflow.worker.process import WorkerProcess
 from tests.accept.tui.tui_help import loader, press, running, type_line, words
 from tests.accept.units.units import make_unit
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
+from tests.shared.command_line import accept
 
 
 def unit(folder: Path, serial: str, k: float = 1.695) -> Path:

@@ -12,16 +12,24 @@ from accept.store import Store, open_store
 from accept.workflow.open_bench import open_bench
 from accept.workflow.steps.unit_list import known_units
 from accept.workflow.worker.process import WorkerProcess
-from tests.accept.batch.test_folder_name import accept, judged, unit
+from tests.accept.batch.test_folder_name import judged, unit
 from tests.accept.tui.tui_help import press, running, type_line, words
+from tests.shared.command_line import accept
+from tests.shared.kept_folder import KeptFolder, kept
+
+
+def judge_one(place: Path) -> None:
+    unit(place / "units" / "APA-10", "APA-10", 1.68)
+    assert accept("batch", place / "units", "--out", place / "out", "--spec", "apa-basic").exit_code == 0
+
+
+one_judged = kept(judge_one)
 
 
 @pytest.fixture
-def known(tmp_path: Path) -> Path:
+def known(one_judged: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The results of a batch with APA-10."""
-    unit(tmp_path / "units" / "APA-10", "APA-10", 1.68)
-    assert accept("batch", tmp_path / "units", "--out", tmp_path / "out", "--spec", "apa-basic").exit_code == 0
-    return tmp_path / "out"
+    return one_judged.put_back(monkeypatch) / "out"
 
 
 def test_it_is_conditional_until_it_is_confirmed_once(
@@ -34,7 +42,7 @@ def test_it_is_conditional_until_it_is_confirmed_once(
     assert {f["cause"]["code"] for f in found["findings"]} == {"serial_alike"}
     assert "looks like APA-10" in found["findings"][0]["reason"]
     assert accept("verify", known / "certificates" / "APA-1O.pdf").exit_code == 0
-    assert accept("batch", tmp_path / "units", "--out", known, "--spec", "apa-basic").exit_code == 0  # it was first
+    assert accept("batch", known.parent / "units", "--out", known, "--spec", "apa-basic").exit_code == 0  # it was first
 
     asked: list[str] = []
     monkeypatch.setattr(report, "confirm", lambda question: asked.append(question) or True)

@@ -8,10 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.capture.watch_folder import WatchedFolder
-from accept.cli.main import app
 from accept.units import unit_folder
 from accept.units.attach import take_in
 from accept.units.loaded_unit import LoadedUnit
@@ -21,6 +19,7 @@ from checks.acceptance import CHECKS
 from checks.declare import CsvTable
 from checks.errors import RecordError
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="links, pipes and sockets of Unix")
 FLATNESS = GOOD.replace("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "flatness.csv"')
@@ -61,10 +60,6 @@ FAULTS: dict[str, tuple[Callable[[Path], None], str, str]] = {  # made by, said 
     "a socket": (a_socket, "is a pipe or a device", "cannot be read"),
     "a file elsewhere": (of_another_folder, "is a link that leads outside the unit folder", ""),
 }
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -12,13 +12,11 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
-from typer.testing import CliRunner, Result
 
 from accept.base.documents.results import Information, UnitRecord
 from accept.certificate import CertificateContent, content_of
 from accept.certificate.contents.content import hashes_of, signed_text
 from accept.certificate.trust import authority
-from accept.cli.main import app
 from accept.judging.advice import action
 from accept.store import SignedHead, StoreHead
 from accept.store.payloads import CertificateSigned
@@ -53,13 +51,6 @@ UNIT_TOML = (
     b'serial = "APA-03"\nkind = "apa"\n[capacitance]\nsensor_uF = 1.72\n[stroke]\none_stack = "raw/stroke.mat"\n'
 )
 RECORD = bytes(range(256)) * 20
-
-
-def accept(*words: object) -> Result:
-    """Run a command, which must not fall over."""
-    done = CliRunner().invoke(app, [str(w) for w in words])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 def spec() -> Spec:

@@ -8,7 +8,6 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.batch.pipeline import Pipeline
@@ -16,7 +15,6 @@ from accept.batch.services import JudgingServices
 from accept.certificate import DispositionError, read_contents
 from accept.certificate.contents.statements import statements
 from accept.certificate.trust import encrypted_key, keys
-from accept.cli.main import app
 from accept.judging import load_spec
 from accept.store import open_store
 from accept.store import store as store_module
@@ -31,6 +29,7 @@ from checks.declare import Measured
 from specs.bench import load_bench
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_same_judgement import GIVEN
+from tests.shared.command_line import accept
 
 WHY = "the customer found a digit exchanged"
 JUDGED = date(2026, 9, 25)
@@ -41,10 +40,6 @@ measures = ["capacitance", "flatness", "stroke", "stiffness"]
 serial = "P1"
 calibration = { certificate = "P-1", due = 2026-10-01 }
 """
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 @pytest.fixture(autouse=True)

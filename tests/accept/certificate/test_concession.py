@@ -26,8 +26,9 @@ from accept.store import open_store
 from accept.store.decisions import Signer
 from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
-from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
+from tests.shared.kept_folder import KeptFolder, kept
 
 SCRATCH = "flatness: scratch on the shell (Ann)"
 NOTED = GOOD + '[notes]\nflatness = ["NONCONFORMANCE: scratch on the shell (Ann)"]\n'
@@ -35,13 +36,40 @@ WHY = "the scratch is outside the joint"
 CONCEDED = f"concession by Grace Hopper {{day}}: use as it is: {WHY}; conceded: {SCRATCH}"
 
 
+def scratched(place: Path) -> Path:
+    """A unit folder with a scratch in its notes, at a bench with keys."""
+    keys.init(home(), "correct horse", "Ann", "Grace Hopper", "battery staple")
+    return make_unit(place / "A", "A", NOTED)
+
+
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A unit folder with a scratch in its notes, at a bench with keys."""
-    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    keys.init(home(), "correct horse", "Ann", "Grace Hopper", "battery staple")
-    return make_unit(tmp_path / "A", "A", NOTED)
+    return scratched(tmp_path)
+
+
+def report_scratched(place: Path) -> None:
+    assert report(scratched(place))[1].exit_code == 4
+
+
+once_reported = kept(report_scratched)
+
+
+@pytest.fixture
+def reported(once_reported: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The unit with its certificate, A.pdf beside it."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    return once_reported.put_back(monkeypatch) / "A"
+
+
+once_judged = kept(lambda place: judged(scratched(place)))
+
+
+@pytest.fixture
+def held(once_judged: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The unit as it was judged, without a certificate."""
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    return once_judged.put_back(monkeypatch) / "A"
 
 
 def report(folder: Path, pdf: str = "A.pdf", *more: str) -> tuple[Path, Result]:
@@ -100,11 +128,10 @@ def says_the_concession(folder: Path, pdf: Path) -> None:
 
 @pytest.mark.parametrize("kept", [True, False], ids=["note kept", "note deleted"])
 @pytest.mark.parametrize("countersigned", [True, False], ids=["countersigned", "disposed"])
-def test_a_concession_stays_whatever_becomes_of_the_note(bench: Path, kept: bool, countersigned: bool) -> None:
-    pdf, first = report(bench)
-    assert first.exit_code == 4
+def test_a_concession_stays_whatever_becomes_of_the_note(reported: Path, kept: bool, countersigned: bool) -> None:
+    bench = reported
     if countersigned:
-        done = accept("countersign", pdf, "--disposition", "use-as-is", "--because", WHY)
+        done = accept("countersign", bench.parent / "A.pdf", "--disposition", "use-as-is", "--because", WHY)
         assert done.exit_code == 0, done.output
     else:
         dispose("use-as-is")
@@ -121,8 +148,8 @@ def test_a_concession_stays_whatever_becomes_of_the_note(bench: Path, kept: bool
     says_the_concession(bench, report(bench, "third.pdf", "--reason", "a digit was exchanged")[0])
 
 
-def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(bench: Path) -> None:
-    pdf, _ = report(bench)
+def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(reported: Path) -> None:
+    pdf = reported.parent / "A.pdf"
     before = accept("verify", pdf)
     assert (before.exit_code, before.stdout.partition(";")[0]) == (
         0, "NOT AUTHORISED by quality assurance, valid: A held",
@@ -137,9 +164,9 @@ def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(be
     assert f"disposition: 'use as it is: {WHY}'" in checked.stdout
 
 
-def test_no_words_of_the_page_stay_below_a_signature(bench: Path) -> None:
+def test_no_words_of_the_page_stay_below_a_signature(reported: Path) -> None:
     """A reader of the text layer, such as a search or a screen reader, found "not signed" on signed certificates."""
-    pdf, _ = report(bench)
+    pdf = reported.parent / "A.pdf"
     shown = {}
     for signed in (1, 2):
         reader = PdfReader(pdf)
@@ -188,13 +215,12 @@ def test_a_held_unit_is_accepted_nowhere(bench: Path) -> None:
     ("choice", "passes", "conceded"),
     [("use-as-is", 1, 1), ("rework", 0, 0), ("measure-again", 0, 0), ("return", 0, 0), ("scrap", 0, 0)],
 )
-def test_a_yield_counts_the_decided_unit_by_its_decision(bench: Path, choice: str, passes: int, conceded: int) -> None:
-    judged(bench)
+def test_a_yield_counts_the_decided_unit_by_its_decision(held: Path, choice: str, passes: int, conceded: int) -> None:
     dispose(choice)
     with open_store() as store:
         (row,) = yields(measurements(store), "kind").to_dict("records")
     assert (row["units"], row["first"], row["last"], row["conceded"]) == (1, 0, passes, conceded)
-    judged(bench)
+    judged(held)
     with open_store() as store:
         (row,) = yields(measurements(store), "kind").to_dict("records")
     assert (row["units"], row["first"], row["last"], row["conceded"]) == (1, 0, passes, conceded)
@@ -202,9 +228,9 @@ def test_a_yield_counts_the_decided_unit_by_its_decision(bench: Path, choice: st
 
 @pytest.mark.parametrize("choice", ["rework", "measure-again"])
 @pytest.mark.parametrize("kept", [True, False], ids=["note kept", "note deleted"])
-def test_rework_releases_once_it_was_measured_again(bench: Path, choice: str, kept: bool) -> None:
+def test_rework_releases_once_it_was_measured_again(held: Path, choice: str, kept: bool) -> None:
     """A technician who deletes the line and judges the same values once more has not measured again."""
-    judged(bench)
+    bench = held
     dispose(choice)
     if not kept:
         without_the_note(bench)
@@ -219,8 +245,8 @@ def test_rework_releases_once_it_was_measured_again(bench: Path, choice: str, ke
 
 
 @pytest.mark.parametrize("choice", ["return", "scrap"])
-def test_what_is_returned_or_scrapped_stays_held(bench: Path, choice: str) -> None:
-    judged(bench)
+def test_what_is_returned_or_scrapped_stays_held(held: Path, choice: str) -> None:
+    bench = held
     dispose(choice)
     without_the_note(bench)
     change(bench, "5.10", "5.11")
@@ -232,9 +258,9 @@ def test_what_is_returned_or_scrapped_stays_held(bench: Path, choice: str) -> No
     assert judged(bench)["verdict"] == "accepted"
 
 
-def test_a_concession_covers_what_it_names(bench: Path) -> None:
+def test_a_concession_covers_what_it_names(held: Path) -> None:
     """Neither a scratch that is noted later nor a measurement outside its limits."""
-    judged(bench)
+    bench = held
     dispose("use-as-is")
     assert judged(bench)["verdict"] == "accepted"
     change(bench, '(Ann)"]', '(Ann)", "NONCONFORMANCE: lead torn (Ann)"]')
@@ -250,10 +276,11 @@ def test_a_concession_covers_what_it_names(bench: Path) -> None:
     assert "rejected" in accept("verify", report(bench)[0]).stdout
 
 
-def test_nobody_but_quality_assurance_concedes_and_no_more_than_it_did(bench: Path) -> None:
+def test_nobody_but_quality_assurance_concedes_and_no_more_than_it_did(reported: Path) -> None:
     """Decisions that a program of the technician's own writes into the store: one that names more than was signed, one
     of another unit, one whose signature is about a certificate."""
-    pdf, _ = report(bench)
+    bench = reported
+    pdf = bench.parent / "A.pdf"
     assert accept("countersign", pdf, "--disposition", "use-as-is", "--because", WHY).exit_code == 0
     change(bench, '(Ann)"]', '(Ann)", "NONCONFORMANCE: lead torn (Ann)"]')
     judged(bench)
@@ -276,11 +303,10 @@ def test_nobody_but_quality_assurance_concedes_and_no_more_than_it_did(bench: Pa
     assert judged(bench)["nonconformances"] == [torn]
 
 
-def test_a_certificate_with_a_forged_concession_is_not_valid(bench: Path) -> None:
+def test_a_certificate_with_a_forged_concession_is_not_valid(held: Path) -> None:
     """Judged again from what is attached: a concession releases what it names, and only with its signature."""
-    judged(bench)
     dispose("use-as-is")
-    contents = read_contents(report(bench)[0].read_bytes())
+    contents = read_contents(report(held)[0].read_bytes())
     assert rejudge(contents).verdict == "accepted"
     (given,) = contents.result["dispositions"]
     nothing = {key: value for key, value in contents.result.items() if key != "dispositions"}
@@ -312,9 +338,8 @@ def test_a_certificate_that_hides_the_concession_is_not_plainly_valid(bench: Pat
     assert f"holds a nonconformance that it does not state: {SCRATCH}" in checked.stdout
 
 
-def test_what_an_earlier_program_stored_is_read_as_it_was(bench: Path) -> None:
+def test_what_an_earlier_program_stored_is_read_as_it_was(reported: Path) -> None:
     """Its findings are conditional because of the nonconformance, and its decision names a certificate alone."""
-    report(bench)
     spec = load_spec("apa-basic")
     held = because(Cause.NONCONFORMANCE, detail=SCRATCH)
     credential = keys.unlock(home(), "qa", "battery staple")

@@ -6,25 +6,35 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
+from accept.base.home import home
 from accept.certificate import DispositionError, parse_disposition
 from accept.certificate.contents.disposition import LONGEST, Disposition
 from accept.certificate.signature.stamp import stamp_style
+from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store
-from tests.accept.certificate.certificate_help import WHEN, accept
+from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.verify_help import credentials
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
+from tests.shared.kept_folder import KeptFolder, kept
+
+
+def reject(place: Path) -> None:
+    keys.init(home(), "correct horse", "Test Technician", "Grace Hopper", "battery staple")
+    folder = make_unit(place / "a", "A", GOOD.replace("5.10", "1.72"))
+    assert accept("report", folder, "--out", place / "A.pdf", "--spec", "apa-basic").exit_code == 3
+
+
+once_rejected = kept(reject)
 
 
 @pytest.fixture
-def rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def rejected(once_rejected: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The certificate of a unit whose sensor stack is too small."""
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    assert accept("keys", "init", "--qa", "Grace Hopper").exit_code == 0
-    folder = make_unit(tmp_path / "a", "A", GOOD.replace("5.10", "1.72"))
-    assert accept("report", folder, "--out", tmp_path / "A.pdf", "--spec", "apa-basic").exit_code == 3
-    return tmp_path / "A.pdf"
+    return once_rejected.put_back(monkeypatch) / "A.pdf"
 
 
 def test_a_rejected_unit_is_countersigned_with_a_disposition_only(rejected: Path) -> None:

@@ -9,28 +9,34 @@ import pytest
 from accept.base.home import home
 from accept.certificate.evidence import GONE, differences, evidence_in
 from accept.certificate.trust import authority, keys
-from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import GOOD, make_unit
+from tests.shared.command_line import accept
+from tests.shared.kept_folder import KeptFolder, kept
 
 VALUES = {"A": GOOD, "B": GOOD.replace("5.10", "5.09"), "C": GOOD.replace("5.10", "1.72")}
 SIGNED = ("report", "--spec", "apa-basic", "--operator", "Ann")
 
 
-@pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def sign_three(place: Path) -> None:
     """Certificates of two accepted units and a rejected one, in two folders."""
-    monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
-    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
-    monkeypatch.setenv("COLUMNS", "200")
     keys.init(home(), "correct horse", "Ann", "Grace Hopper", "battery staple")
     for serial, text in VALUES.items():
-        folder = make_unit(tmp_path / "units" / serial, serial, text)
+        folder = make_unit(place / "units" / serial, serial, text)
         why = ("--reason", "for the archive") if serial == "C" else ()
-        out = tmp_path / "signed" / ("rest" if serial == "C" else "") / f"{serial}.pdf"
+        out = place / "signed" / ("rest" if serial == "C" else "") / f"{serial}.pdf"
         out.parent.mkdir(parents=True, exist_ok=True)
         done = accept(*SIGNED[:1], folder, "--out", out, *SIGNED[1:], *why)
         assert out.exists(), done.output
-    return tmp_path / "signed"
+
+
+signed = kept(sign_three)
+
+
+@pytest.fixture
+def place(signed: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
+    monkeypatch.setenv("COLUMNS", "200")
+    return signed.put_back(monkeypatch) / "signed"
 
 
 def test_a_folder_is_verified_as_a_table_and_the_worst_decides(place: Path) -> None:
@@ -115,7 +121,7 @@ def test_a_folder_without_certificates_is_a_wrong_order(tmp_path: Path) -> None:
 def package(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The evidence of A, whose certificate was amended, and of B; read in a home that has neither keys nor store."""
     assert accept("countersign", place / "A.pdf", place / "B.pdf").exit_code == 0
-    unit = tmp_path / "units" / "A" / "unit.toml"
+    unit = place.parent / "units" / "A" / "unit.toml"
     unit.write_text(unit.read_text().replace("5.10", "5.11"))
     done = accept("report", unit.parent, "--out", place / "A.pdf", *SIGNED[1:], "--reason", "a digit was exchanged")
     assert done.exit_code == 0, done.output

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import pytest
 from pypdf import PdfReader
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from accept.base.documents.results import SIMULATED
 from accept.base.home import home
 from accept.certificate import Validity, read_certificate, rejudge
 from accept.certificate.trust import keys
-from accept.cli.main import app
 from accept.commands.trust.verify import VerifyOptions, verifier
 from accept.judging import load_spec
 from accept.simulate.faults import KINDS
@@ -33,14 +32,10 @@ from specs.bench import load_bench
 from tests.accept.certificate.verify.verify_help import verify
 from tests.accept.units.units import GOOD, make_unit
 from tests.accept.workflow.test_workflow import fill
+from tests.shared.command_line import accept
+from tests.shared.kept_folder import KeptFolder, kept
 
 MARKED = GOOD.replace("[", "simulated = true\n[", 1)
-
-
-def accept(*words: object) -> Result:
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done
 
 
 def batch(folder: Path, out: Path, *more: object) -> Result:
@@ -52,12 +47,18 @@ def shown(pdf: Path) -> list[str]:
     return [" ".join(page.extract_text().split()) for page in PdfReader(pdf).pages]
 
 
-@pytest.fixture
-def certificate(tmp_path: Path) -> Path:
-    make_unit(tmp_path / "in" / "A-2", "A-2", MARKED)
-    done = batch(tmp_path / "in", tmp_path / "out")
+def judge_marked(place: Path) -> None:
+    make_unit(place / "in" / "A-2", "A-2", MARKED)
+    done = batch(place / "in", place / "out")
     assert (done.exit_code, SIMULATED in done.stdout, SIMULATED in done.stderr) == (0, True, True)
-    return tmp_path / "out" / "certificates" / "A-2.pdf"
+
+
+certified = kept(judge_marked)
+
+
+@pytest.fixture
+def certificate(certified: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> Path:
+    return certified.put_back(monkeypatch) / "out" / "certificates" / "A-2.pdf"
 
 
 def test_every_page_says_so(certificate: Path) -> None:

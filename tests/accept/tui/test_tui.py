@@ -19,15 +19,12 @@ from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.step_list import HELD, StepList
-from accept.workflow.session.open_session import open_session
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
 from tests.accept.tui.tui_help import (
-    HEIGHTS,
     WIDE,
     begin,
     fill_basic,
-    focused_again,
     loader,
     press,
     running,
@@ -35,7 +32,6 @@ from tests.accept.tui.tui_help import (
     sign_first,
     title,
     type_line,
-    until,
     words,
 )
 from tests.accept.units.units import DATA
@@ -148,16 +144,6 @@ async def test_undo_and_measuring_anew():
     assert len(stored("entry_undone")) == 1
 
 
-async def test_undo_does_not_reach_into_another_step():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "down", "enter")
-        await type_line(pilot, "365")
-        await press(pilot, "escape", "home", "enter", "ctrl+z")
-        assert "another step" in words(pilot, "#status")
-    assert not stored("entry_undone")
-
-
 async def test_notes_and_nonconformance():
     async with running() as pilot:
         await begin(pilot)
@@ -222,17 +208,6 @@ async def test_a_known_serial_goes_on_where_it_stood():
         assert table.cursor_row == 1  # the first step that is not complete
 
 
-async def test_a_known_serial_is_measured_again_as_a_new_attempt():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "escape")
-        await press(pilot, *"APA-02", "f8")
-        assert screen(pilot) == "Question"
-        await type_line(pilot, "came back from the maker")
-        assert "attempt 2" in words(pilot, "#unit")
-    assert [e["reason"] for e in stored("attempt_started")] == ["", "came back from the maker"]
-
-
 @pytest.mark.slow
 async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
     keys.init(home(), "correct horse", "Ann")
@@ -247,27 +222,6 @@ async def test_whose_key_is_needed_is_said_before_a_passphrase_is_asked():
         await press(pilot, *"APA-02")
         assert "Bob cannot sign here" in words(pilot, "#about")
         assert "begun by Bob" in words(pilot, "#unit-card")
-
-
-async def test_known_units_are_listed():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "escape", "enter")
-        assert pilot.app.session.serial == "APA-02"
-
-
-async def test_a_second_program_at_the_unit_is_told():
-    with open_store() as store:
-        bench = loader()()
-        other = open_session(store, home(), bench.specs["apa"], "Bob", "APA-02")
-        async with running() as pilot:
-            await type_line(pilot, "APA-02")
-            await press(pilot, "enter")
-            assert "open in another program" in words(pilot, "#status")
-            assert screen(pilot) == "StartScreen"
-            other.close()
-            await press(pilot, "enter")
-            assert screen(pilot) == "Steps"
 
 
 @pytest.mark.parametrize(
@@ -361,33 +315,6 @@ async def test_files_that_fit_come_first_and_letters_filter(tmp_path: Path):
     assert stored("record_linked")
 
 
-async def test_a_refused_value_keeps_the_cursor_and_typed_again_it_is_that_value():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "enter")
-        first, second = list(pilot.app.screen.query(Field))[:2]
-        await type_line(pilot, "abc")
-        await focused_again(pilot, first.input)  # it comes back when nothing was typed ahead
-        await press(pilot, "1", ".", "5", "enter")
-        assert "1.5" in str(first.query_one(".stored").render())
-        assert not str(second.query_one(".stored").render())
-        assert pilot.app.focused is second.input
-
-
-async def test_enter_on_a_complete_step_opens_the_next_and_the_last_leads_to_the_summary():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "enter")
-        seen = []
-        for lines in ([HEIGHTS], ["4,99", "9.85 uF"], ["0.3655 mm"], ["1.75"]):
-            seen.append(pilot.app.screen.step.name)
-            for line in lines:
-                await type_line(pilot, line)
-            await press(pilot, "enter")
-        assert seen == [step.name for step in pilot.app.session.steps]
-        assert screen(pilot) == "Summary"
-
-
 POINTS = "x_mm,y_mm,z_um\n" + "".join(f"{x},{y},0\n" for x in (-29.5, -16, 16, 29.5) for y in (-9, 9))
 
 
@@ -396,21 +323,6 @@ def arrived(path: Path, seconds_ago: float) -> Path:
     path.write_text(POINTS)
     os.utime(path, (time.time() - seconds_ago,) * 2)
     return path
-
-
-async def test_a_record_that_arrives_is_proposed_and_enter_takes_it(tmp_path: Path):
-    async with running(loader(records=tmp_path)) as pilot:
-        await begin(pilot)
-        await press(pilot, "enter", "ctrl+f")
-        (field,) = pilot.app.screen.query(Field)
-        assert pilot.app.screen.dialogue.proposed(0) is None
-        arrived(tmp_path / "flat.csv", 10)
-        await until(lambda: pilot.app.screen.dialogue.proposed(0) is not None)
-        assert "flat.csv" in words(pilot, "#status")
-        assert pilot.app.focused is field.input
-        await press(pilot, "enter")
-        assert "flat.csv" in str(field.query_one(".stored").render())
-    assert stored("record_linked")
 
 
 async def test_a_record_of_another_unit_or_still_being_written_is_not_proposed(tmp_path: Path):
@@ -489,12 +401,3 @@ async def test_arrows_go_from_line_to_line_where_the_form_is_longer_than_the_scr
         assert lines[1].has_focus
         await press(pilot, "up")
         assert lines[0].has_focus
-
-
-async def test_what_is_scanned_into_the_list_of_steps_undoes_nothing():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "down", "down", "enter")
-        await type_line(pilot, "365")
-        await press(pilot, "escape", *"u")
-    assert not stored("entry_undone")

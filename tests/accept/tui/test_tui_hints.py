@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from rich.text import Text
 from textual.events import Key
-from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, Static
 
 from accept.base.home import home
@@ -31,7 +30,7 @@ from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.record_folder import PickableFile
 from accept.workflow.session.open_session import open_session
 from accept.workflow.steps.status import Status
-from accept.workflow.steps.unit_list import RIG, KnownUnit, Queue, known_units
+from accept.workflow.steps.unit_list import KnownUnit, known_units
 from accept.workflow.training import open_training
 from accept.workflow.worker.judging import judge_here, judge_step
 from checks.declare import Measured, Series
@@ -48,8 +47,6 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     settled,
-    shown,
-    sign_first,
     told,
     type_line,
     words,
@@ -129,39 +126,6 @@ async def test_letters_behind_f2_reach_the_filter_before_enter_takes_the_file_on
         assert links() == {"record": "old_loops.csv"}
 
 
-async def test_the_file_on_top_is_the_one_whose_name_speaks_for_the_field(records: Path):
-    for n, name in enumerate(("frf_noise.csv", "frf_noise_hf.csv", "hysteresis.csv")):
-        write_record(records / name, ago_s=AGO_S + n)
-    async with running(loader("strut", records)) as pilot:
-        await open_step(pilot, "hysteresis")
-        await press(pilot, "f2")
-        table = pilot.app.screen.query_one("#files", DataTable)
-        rows = [[str(cell) for cell in table.get_row_at(n)] for n in range(3)]
-        assert [(row[0], row[3]) for row in rows] == [
-            ("hysteresis.csv", "yes"),
-            ("frf_noise.csv", "Responses"),
-            ("frf_noise_hf.csv", "Responses"),
-        ]
-        await press(pilot, *"zz", "enter")  # no folder above is opened for letters that no name holds
-        assert "No file has these letters" in words(pilot, "#status")
-        assert str(records) in words(pilot, "#folder")
-
-
-async def test_a_step_turns_to_the_input_whose_record_arrives_unless_something_was_typed(records: Path):
-    async with running(loader("apa", records)) as pilot:
-        await open_step(pilot, "stroke", "APA-02")
-        assert pilot.app.screen.dialogue.form.name == "values"
-        await press(pilot, "3")
-        write_record(records / "stroke_one_stack.csv", ("V", "d"))
-        for _ in range(2):
-            await pilot.app.screen.look_again()
-            await settled(pilot)
-        assert pilot.app.screen.dialogue.form.name == "values"
-        await press(pilot, "backspace")
-        await shown(pilot, "#status", "stroke_one_stack.csv")
-        assert pilot.app.screen.dialogue.form.name == "records"
-
-
 @pytest.mark.slow
 async def test_training_says_what_the_label_holds_and_its_keys_fit_into_80_columns():
     bench = open_training("apa", 31)
@@ -199,46 +163,6 @@ async def test_no_record_of_another_step_is_proposed_and_f2_has_the_proposal_on_
             await press(pilot, "escape")
 
 
-async def test_the_mark_of_a_step_follows_the_judgement_of_the_whole_unit():
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        await press(pilot, "f9")
-        session = pilot.app.session
-        assert session.judgements.status(session.step("stiffness")) is Status.PASS
-        given, result = session.judgements._result
-        findings = [
-            replace(f, verdict=Verdict.NO_RESULT, value=None, reason="contradicts the responses")
-            if f.check == "stiffness"
-            else f
-            for f in result.findings
-        ]
-        session.judgements._result = given, replace(result, findings=findings)
-        await press(pilot, "escape")
-        assert session.judgements.status(session.step("stiffness")) is Status.NO_RESULT
-        assert session.judgements.status(session.step("capacitance")) is Status.PASS
-
-
-async def test_a_certificate_from_before_a_nonconformance_is_called_void():
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        await press(pilot, "f9")
-        await sign_first(pilot)
-        assert pilot.app.session.attempt.certificate is not None
-        await press(pilot, "escape")
-        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
-        await press(pilot, "f9")
-        shown_words = words(pilot, "#certificate")
-        assert "APA-02.pdf is void" in shown_words
-        assert "lacks the nonconformance" in shown_words
-        assert "→ Do not hand it out. ^S: sign again" in shown_words
-        await press(pilot, "f2")
-        await type_line(pilot, "correct horse")
-        await type_line(pilot, WHY)
-        assert "void" not in words(pilot, "#certificate")
-
-
 def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     """Opened from a tray, a step asked for values: its records were written in that moment."""
     bench, begun = open_training("apa", 31), Begun("TRAIN-000031", "apa", "Ann")
@@ -251,38 +175,6 @@ def test_the_records_of_a_training_are_proposed_as_soon_as_its_unit_is_open():
     bench.close()
 
 
-async def begin_two(pilot: Pilot[None]) -> None:
-    """Begin APA-01 and APA-02, and go on with the first."""
-    for serial in ("APA-01", "APA-02"):
-        await begin(pilot, serial)
-        await press(pilot, "escape")
-    await begin(pilot, "APA-01")
-
-
-async def test_the_same_step_of_the_next_unit_that_lacks_it_also_from_the_queue_of_the_rig():
-    async with running() as pilot:
-        for serial in ("APA-01", "APA-02", "APA-03"):
-            await begin(pilot, serial)
-            if serial == "APA-02":  # it has this step already
-                await open_step(pilot, "stroke")
-                await type_line(pilot, "365")
-                await press(pilot, "escape")
-            await press(pilot, "escape")
-        await begin(pilot, "APA-01")
-        pilot.app.queue = Queue(RIG, "", "For the rig", ())
-        await open_step(pilot, "stroke")
-        await press(pilot, "f10")
-        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-03", "stroke")
-        assert pilot.app.queue is not None
-        assert pilot.app.queue.name == RIG
-        await type_line(pilot, "365")
-        await press(pilot, "f10")
-        assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-01", "stroke")
-        await type_line(pilot, "365")
-        await press(pilot, "f10")
-        assert "all the others have it" in words(pilot, "#status")
-
-
 async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
     async with running() as pilot:
         await begin(pilot)
@@ -290,13 +182,16 @@ async def test_a_unit_that_is_held_is_called_so_wherever_it_is_named():
         pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
         await press(pilot, "f9")
         table = pilot.app.screen.query_one("#findings", DataTable)
-        shown_words = {str(table.get_row_at(n)[4]) for n in range(table.row_count)}
-        assert shown_words == {"pass, held"}
+        rows = [table.get_row_at(n) for n in range(table.row_count)]
+        assert {(str(row[0]).strip(), str(row[4])) for row in rows} == {("!", "pass, held")}
         assert "conditional" not in words(pilot, "#verdict").lower()
         await press(pilot, "f2")
         assert "HELD" in words(pilot, ".words")
         assert "conditional" not in words(pilot, ".words").lower()
-        await press(pilot, "escape", "escape", "escape")
+        await press(pilot, "escape", "escape")
+        rail = pilot.app.screen.query_one(StepList)
+        assert {str(rail.get_cell(key, "mark")).strip() for key in rail.rows} == {"!"}
+        await press(pilot, "escape")
         assert pilot.app.done.words == {"APA-02": "held"}
         assert pilot.app.done.verdicts == {"APA-02": "conditional"}  # for the exit code
     with open_store() as store:
@@ -329,27 +224,6 @@ async def test_keys_behind_the_last_enter_wait_for_the_unit_and_change_no_field(
         await settled(pilot)
         assert type(pilot.app.screen).__name__ == "StepScreen"
         assert (pilot.app.session.serial, pilot.app.screen.step.name) == ("APA-07", "stroke")
-
-
-async def test_a_serial_that_a_scanner_sends_in_one_burst_goes_to_its_unit():
-    async with running() as pilot:
-        await begin_two(pilot)
-        post(pilot, *"APA-02", "enter")
-        await settled(pilot)
-        assert (type(pilot.app.screen).__name__, pilot.app.session.serial) == ("Steps", "APA-02")
-
-
-async def test_the_list_of_steps_says_held_where_the_summary_does():
-    async with running() as pilot:
-        await begin(pilot)
-        await fill_values(pilot)
-        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
-        await press(pilot, "f9")
-        table = pilot.app.screen.query_one("#findings", DataTable)
-        said = {str(table.get_row_at(n)[0]).strip() for n in range(table.row_count)}
-        await press(pilot, "escape")
-        rail = pilot.app.screen.query_one(StepList)
-        assert {str(rail.get_cell(key, "mark")).strip() for key in rail.rows} == said == {"!"}
 
 
 async def test_a_contradiction_of_the_whole_unit_is_marked_after_a_restart_too():
@@ -482,20 +356,6 @@ async def test_undo_that_is_pressed_twice_takes_nothing_of_another_step_and_says
     with open_store() as store:
         (known,) = known_units(store, {"apa": load_spec("apa-basic")})
     assert known.last == ""
-
-
-async def test_a_held_unit_that_is_signed_waits_for_quality_assurance_alone():
-    async with running() as pilot:
-        await begin(pilot)
-        await press(pilot, "enter")
-        await type_line(pilot, HEIGHTS)
-        await press(pilot, "escape")
-        pilot.app.session.entries.note("stiffness", "flexure cracked", nonconformance=True)
-        await press(pilot, "f9")
-        assert "→ sign; quality assurance" in words(pilot, "#detail")
-        await sign_first(pilot, WHY)
-        await settled(pilot)
-        assert "→ quality assurance countersigns" in words(pilot, "#detail")
 
 
 async def test_after_a_question_in_front_the_cursor_is_where_it_was():

@@ -20,7 +20,6 @@ from tests.accept.tui.tui_help import (
     press,
     running,
     settled,
-    type_line,
     until,
     words,
 )
@@ -104,32 +103,6 @@ async def test_a_serial_that_is_scanned_where_a_kind_is_chosen_is_another_unit_s
         await press(pilot, *"X-02", "enter", "right", "enter")
         assert line(pilot, "serial").value == "X-02"
         assert pilot.app.screen.dialogue.value("kind") == "strut"
-
-
-async def test_escape_leads_back_from_a_mis_scan_to_the_unit_that_was_open():
-    async with running() as pilot:
-        await begin(pilot, "APA-01")
-        for _ in range(2):
-            await press(pilot, *"APA-77", "enter")
-        assert screen(pilot) == "StartScreen"
-        assert "Esc: back to APA-01" in words(pilot, "#status")
-        await press(pilot, "escape")
-        assert (screen(pilot), pilot.app.session.serial) == ("Steps", "APA-01")
-        await press(pilot, "escape", "escape")
-        assert "Esc again: end the program" in words(pilot, "#status")
-
-
-async def test_the_operator_is_asked_for_where_nobody_worked_and_a_scan_there_is_kept_as_a_serial():
-    async with running(given=Given()) as pilot:
-        await press(pilot, "enter")
-        assert "Enter your name" in words(pilot, "#status")
-        await type_line(pilot, "APA-01")
-        assert (line(pilot, "operator").value, line(pilot, "serial").value) == ("", "APA-01")
-        await type_line(pilot, "Ann")
-        assert not line(pilot, "operator").region
-        assert "Ann" in words(pilot, "#bench-line")
-        await press(pilot, "enter", "enter")
-        assert (pilot.app.session.serial, pilot.app.session.operator) == ("APA-01", "Ann")
 
 
 async def click(pilot, widget, row: int, times: int = 1) -> None:

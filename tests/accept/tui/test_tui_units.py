@@ -252,17 +252,6 @@ async def test_values_typed_over_the_list_of_steps_go_into_the_step_under_the_cu
         assert {event.subject for event in store.events(what="attempt_started")} == {TRAY[0]}
 
 
-async def test_a_value_over_a_step_that_is_complete_or_takes_a_record_is_not_saved():
-    async with running() as pilot:
-        await begin(pilot, TRAY[0])
-        await press(pilot, "enter")
-        await type_line(pilot, HEIGHTS)
-        await press(pilot, *"12.5", "enter")
-        assert "12.5 was not saved" in words(pilot, "#status")
-        assert (screen(pilot), pilot.app.session.serial) == ("StepScreen", TRAY[0])
-        assert len(pilot.app.session.state("flatness").entries) == 8
-
-
 async def test_a_unit_whose_serial_is_digits_is_opened_by_its_scan_and_a_new_one_is_asked_about():
     async with running() as pilot:
         await begin(pilot, "40.5")

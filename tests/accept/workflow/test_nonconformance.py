@@ -9,12 +9,10 @@ from pathlib import Path
 import pytest
 from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature, encode_dss_signature
 from pypdf import PdfReader
-from typer.testing import CliRunner, Result
 
 from accept.base.home import home
 from accept.certificate import read_contents
 from accept.certificate.trust import keys
-from accept.cli.main import app
 from accept.fleet import golden
 from accept.judging import load_spec
 from accept.judging.reservations.nonconformance import decide
@@ -29,6 +27,7 @@ from accept.workflow.steps.unit_list import KnownUnit, known_unit
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
 from tests.accept.workflow.test_workflow import fill
+from tests.shared.command_line import accept
 
 WHY = "quality assurance is asked"
 CRACKED = "stiffness: flexure cracked (Ann)"
@@ -48,10 +47,6 @@ def session(store: Store) -> Iterator[Session]:
     fill(opened)
     yield opened
     opened.close()
-
-
-def accept(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(w) for w in words])
 
 
 def batch(folder: Path, out: Path) -> dict[str, object]:

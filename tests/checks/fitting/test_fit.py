@@ -23,7 +23,7 @@ from tests.checks.model.units_model import nominal_model, true_values
 from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
-REPEATS = 1000 if SOAK else 100
+REPEATS = 1000 if SOAK else 40
 BAND = stats.binom.interval(0.999, REPEATS, 0.95)
 F = np.arange(10.0, 400.0, 3.0)
 

@@ -9,6 +9,7 @@ import pytest
 
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
+from checks.fitting.fit import FitPoint, finish
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.build_result import _too_weak, _without
 from checks.gap.decision.evidence import BEYOND_CHANCE, NameEvidence, is_small_beside, matters_without_band
@@ -82,6 +83,31 @@ def test_an_explanation_is_judged_by_the_gates_of_its_likelihood(beside: bool) -
     wrong = replace(search.begin(c.response, {"sensor_highpass.f_Hz": 20.0}), beside=beside)
     assert (c.lnL > -5.0) is beside
     assert wrong.lnL < c.lnL - THRESHOLDS.delta_lnL
+
+
+@pytest.mark.parametrize(("tau_us", "early"), [(-40.0, True), (40.0, False)])
+def test_a_lag_that_comes_before_its_drive_is_no_name(tau_us: float, early: bool) -> None:
+    """Red while a latency below zero was a name: "de is sampled 40 us earlier than the model says"."""
+    model, effect = replace(drawn(3), tolerance=0.01), effect_named("channel_latency_de")
+    A, B = (recorded(model, seed, {effect.name: {"tau_us": tau_us}}) for seed in (6, 7))
+    search = Search(A, B, (), THRESHOLDS, lambda _: None)
+    c = search.begin(Augmented(model, (effect,)), {f"{effect.name}.tau_us": tau_us})
+    fit = finish(c.response, A, FitPoint(tuple(c.response.free(c.at)), c.cost), joint=None)
+    evidence = NameEvidence(effect, search, SearchResult(c, c, (), ()), c, fit, None)
+    (causal,) = (g for g in gates_of(evidence) if g.name == "causal")
+    assert causal.test(evidence) is not early
+
+
+@pytest.mark.parametrize("spring", [0.3, 0.0])
+def test_no_channel_has_a_name_while_the_mechanics_of_the_others_is_unexplained(spring: float) -> None:
+    model, effect = replace(drawn(3), tolerance=0.01), effect_named("crosstalk")
+    hidden = model.with_elements({"element.payload.z.spring_N_per_um": spring}) if spring else model
+    A, B = (recorded(hidden, seed, {"crosstalk": {"V_per_V": 0.02}}) for seed in (6, 7))
+    search = Search(A, B, (), THRESHOLDS, lambda _: None)
+    c = replace(search.begin(Augmented(model, (effect,)), {"crosstalk.V_per_V": 0.02}), beside=True)
+    evidence = NameEvidence(effect, search, SearchResult(c, c, (), ()), c, None, None)
+    (mechanics,) = (g for g in gates_of(evidence) if g.name == "mechanics")
+    assert mechanics.test(evidence) is not bool(spring)
 
 
 @pytest.mark.needs_data

@@ -227,7 +227,7 @@ def _build_long(plan: Plan) -> None:
 
 
 def test_a_killed_build_goes_on(strut: Model) -> None:
-    plan = Plan.of(strut, 21, 41)
+    plan = Plan.of(strut, 16, 13)
     process = multiprocessing.get_context("spawn").Process(target=_build_long, args=(plan,))
     process.start()
     deadline = time.monotonic() + 60.0
@@ -242,7 +242,7 @@ def test_a_killed_build_goes_on(strut: Model) -> None:
     (plan.rows / "row_001.npz").write_bytes(b"half of it")
     words: quiet = []
     table = build(plan, words.append, 1)
-    assert f"{left - 1} of 21 rows are there, going on" in words[0]
+    assert f"{left - 1} of 16 rows are there, going on" in words[0]
     assert np.allclose(
         table.R[1, 5], MisalignmentTable.row(strut, float(plan.dx[1]), plan.dy[5:6], plan.f)[0], rtol=1e-5
     )

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from accept.certificate.trust import keys
-from tests.accept.certificate.certificate_help import accept
 from tests.accept.units.units import make_unit
+from tests.shared.command_line import accept
 
 UNUSED = ("aiohttp", "requests", "textual", "matplotlib", "checks.gap.search")
 VERIFY = """

@@ -1,5 +1,7 @@
 """What must be seen on the first screen: serials that are whole, the room used, what to do where there is nothing."""
 
+from pathlib import Path
+
 import pytest
 from textual.pilot import Pilot
 
@@ -9,6 +11,7 @@ from accept.workflow.dialogue.begin import Begun
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
 from checks.declare import Measured
 from tests.accept.tui.tui_help import HEIGHTS, loader, press, running, words
+from tests.shared.kept_folder import KeptFolder, kept
 
 LONG = "APA-2026-" + "8" * 40
 VALUES = {
@@ -34,15 +37,21 @@ def measure(bench: Workbench, serial: str, count: int, held: str = "") -> None:
     session.close()
 
 
-@pytest.fixture
-def units() -> None:
+def measure_ten(_: Path) -> None:
     bench = loader()()
     for n in range(8):
         measure(bench, f"APA-{n:02d}", 4 if n == 0 else n % 3)
     measure(bench, "APA-21", 2, "flexure cracked")
     measure(bench, LONG, 1)
     bench.store.close()
-    return
+
+
+ten_units = kept(measure_ten)
+
+
+@pytest.fixture
+def units(ten_units: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    ten_units.put_back(monkeypatch)
 
 
 def seen(pilot: Pilot[None]) -> list[str]:
