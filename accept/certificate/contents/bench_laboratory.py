@@ -1,4 +1,8 @@
-"""`laboratory.toml` as it is read at its bench."""
+"""`laboratory.toml` of a bench.
+
+The file lies in the folder of the bench (`ACCEPT_HOME`). Every key may be absent: an absent one is left out of the
+certificate, and `accept spec check --iso17025` names it.
+"""
 
 from pathlib import Path
 from typing import Any

@@ -1,8 +1,4 @@
-"""`laboratory.toml` of a bench: what each of its certificates states of the laboratory ([ISO17025] 7.8.2.1).
-
-The file lies in the folder of the bench (`ACCEPT_HOME`). Every key may be absent: an absent one is left out of the
-certificate, and `accept spec check --iso17025` names it.
-"""
+"""The keys of `laboratory.toml`: what each certificate of a bench states of the laboratory ([ISO17025] 7.8.2.1)."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
