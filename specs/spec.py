@@ -3,6 +3,7 @@
 import hashlib
 import math
 import re
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -215,3 +216,24 @@ def load(name: str | Path) -> Spec:
 def parse(raw: bytes, path: str) -> Spec:
     """Return spec from the bytes of a TOML file; `path` is for messages. Raises SpecError."""
     return parse_as(Spec, SpecDocument, raw, path)
+
+
+def differences(first: Spec, second: Spec) -> Iterator[tuple[str, Any, Any]]:
+    """Yield every value that differs, in the order of the files: its place by dots, and both values, None if not
+    stated. Comments and the order of keys do not count."""
+    one, other = _values(first), _values(second)
+    for key in one | other:
+        if one.get(key) != other.get(key):
+            yield key, one.get(key), other.get(key)
+
+
+def _values(spec: Spec) -> dict[str, Any]:
+    return dict(_leaves(spec.model_dump(include=set(SpecDocument.model_fields), exclude_none=True), ""))
+
+
+def _leaves(held: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
+    for name, value in held.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{path}{name}.")
+        else:
+            yield f"{path}{name}", value

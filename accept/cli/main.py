@@ -52,11 +52,13 @@ BENCH: dict[str, Command | Group] = {
 QUALITY: dict[str, Command | Group] = {
     "batch": Command("units.batch:run", "Judge unit folders."),
     "verify": Command("trust.verify:run", "Verify a certificate from its own bytes."),
+    "evidence": Command("trust.evidence:run", "Write all that an auditor needs into one folder."),
     "countersign": Command("trust.countersign:run", "Countersign certificates as QA."),
     "spec": Group(
         "Acceptance specs: list, show, validate.",
         list=Command("units.spec:show_list", "List the specs that come with the program."),
         show=Command("units.spec:show", "Show every limit of a spec with its rule and source.", ("spec",)),
+        diff=Command("units.spec:diff", "Compare two specs.", ("spec", "spec")),
         validate=Command("units.spec:validate", "Check specs.", ("spec",)),
         check=Command("units.spec:check", "Check specs, and what their certificates state.", ("spec",)),
         checks=Command("units.spec:checks", "List every check that a spec may ask for."),

@@ -17,6 +17,7 @@ from specs import door
 if TYPE_CHECKING:
     from accept.fleet.findings_file import keep_findings
     from accept.fleet.golden import BenchStopped, check_may_judge, goldens, missed, not_counted
+    from accept.fleet.matched_sets import serials_in
     from accept.fleet.population.learn import learn, measured_units
     from accept.fleet.population.report import lines, shifts, write_population
 else:

@@ -32,6 +32,7 @@ from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
 from accept.fleet.reading_alarms import METERS, PLACES, coarse_meters, equal_values, labels_of, mixture, unlike_values
 from accept.pictures.labels import label_of
 from accept.store import Store
+from accept.store.decisions import Signer, problem_here, sign_decision
 from accept.store.payloads import BaselineSet
 from checks.arrays import Array
 from checks.picture import Line, Mark, Panel
@@ -43,11 +44,13 @@ DOUBT = "doubt"  # column, if there is one: why the bench was in doubt, as `gold
 
 @dataclass(frozen=True)
 class StoredBaseline:
-    """A baseline of the store, by whom and when it was set."""
+    """A baseline of the store, by whom and when it was set. problem: why no signature of quality assurance is behind
+    it, None if one is."""
 
     stated: BaselineSet
     who: str
     time: str
+    problem: str | None
 
     @property
     def process(self) -> Baseline:
@@ -287,18 +290,28 @@ def whose(place: Place | None, only: str = "") -> str:
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
-    """Return group -> the baseline that was set last for a quantity. Raises StoreError."""
-    by_key = {}
+    """Return group -> the baseline that was set last for a quantity; one that is not signed replaces none that is.
+    Raises StoreError."""
+    by_key = dict[str, StoredBaseline]()
     for event in store.events(what=BaselineSet.KIND):
         stated = BaselineSet.of(event)
         if stated.quantity == quantity:
-            by_key[stated.group] = StoredBaseline(stated, event.who, event.time)
+            problem = problem_here(BaselineSet.KIND, _signed_content(stated), stated.signed)
+            before = by_key.get(stated.group)
+            if problem is None or before is None or before.problem is not None:
+                by_key[stated.group] = StoredBaseline(stated, event.who, event.time, problem)
     parts = ((key.partition(": "), document) for key, document in by_key.items())
     return {name or column: document for (column, _, name), document in parts if column == by}
 
 
-def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> BaselineSet:
-    """Store the process of a trend's values as the baseline of its group.
+def _signed_content(stated: BaselineSet) -> dict[str, Any]:
+    return replace(stated, signed=None, typed=False).to_json()
+
+
+def set_baseline(
+    store: Store, trend: Trend, by: str, reason: str, who: str, signer: Signer | None = None
+) -> BaselineSet:
+    """Store the process of a trend's values as the baseline of its group. signer: of quality assurance.
 
     Raises FleetError for too few or equal values, and for a revision without a reason; StoreError.
     """
@@ -312,7 +325,9 @@ def set_baseline(store: Store, trend: Trend, by: str, reason: str, who: str) -> 
     since, until = (f"{trend.rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
     group = "all" if by == "all" else f"{by}: {trend.name}"
     stated = BaselineSet(trend.quantity, group, since, until, **vars(process), reason=reason.strip(), scale=trend.scale)
-    store.write(stated, who=who)
+    if signer is not None:
+        stated = replace(stated, signed=sign_decision(BaselineSet.KIND, _signed_content(stated), signer))
+    store.write(stated, who=who if signer is None else signer.person)
     return stated
 
 
@@ -370,6 +385,7 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
         "stored_by": stored and stored.who,
         "typed": stated and stated.typed,
         "stored_at": stored and stored.time,
+        "signed": stored and stored.problem is None,
         "reason": stated and stated.reason,
     }
 

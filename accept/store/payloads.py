@@ -191,6 +191,16 @@ class BaselineSet(Payload, what="baseline_set"):
     scale: Annotated[
         str, only_if(bool), "of mean and sigma if not as measured: `square root`, `cube root`, `logarithm`"
     ] = ""
+    signed: Annotated[SignedBy | None, only_if(), "without it, it replaces none that has it"] = None
+
+
+@dataclass(frozen=True)
+class SpecApproved(Payload, what="spec_approved"):
+    """Quality assurance approved a spec. It has no subject; earlier programs stored none."""
+
+    approval: Annotated[
+        Mapping[str, Any], "name, hashes, person and time, with the signature, as certificates state it"
+    ]
 
 
 @dataclass(frozen=True)

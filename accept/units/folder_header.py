@@ -17,7 +17,10 @@ from specs.plugins import products
 MOST_ENTRIES = 200  # of a table or a list: the store is asked about every part
 MOST_LETTERS = 100_000  # of a section: a page of them takes 2 s, of ten times as many 200 s
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
-ORIGIN = ("manufacturer", "type", "lot", "supplier", "order", "customer", "condition", "received", "shift", "study")
+ORIGIN = (
+    "manufacturer", "type", "lot", "supplier", "order", "customer", "customer_contact", "condition", "received",
+    "shift", "study",
+)  # fmt: skip
 ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}  # a unit is measured within these
 
 Data = Mapping[str, Any]

@@ -52,6 +52,24 @@ class SpecShown(Document):
 
 
 @dataclass(frozen=True)
+class SpecValueDiffers(Document):
+    """A value that two specs state otherwise."""
+
+    key: Annotated[str, "its place in the file, by dots"]
+    first: Annotated[Any, "null if not stated"]
+    second: Any
+
+
+@dataclass(frozen=True)
+class SpecsCompared(Document):
+    """Two specs, or two revisions of one."""
+
+    first: SpecListed
+    second: SpecListed
+    differences: tuple[SpecValueDiffers, ...]
+
+
+@dataclass(frozen=True)
 class ProductListed(Document):
     """An installed product."""
 
@@ -272,6 +290,16 @@ class EventList(Document):
     holds: Annotated[bool, "whether the chain is unbroken"]
     problem: str | None
     events: tuple[EventListed, ...]
+
+
+@dataclass(frozen=True)
+class EvidenceFolder(Document):
+    """A folder for an auditor."""
+
+    made: Annotated[str, "day and time, UTC"]
+    units: tuple[str, ...]
+    files: Annotated[Mapping[str, str], "sha256 of each file of the folder, by name"]
+    missing: Annotated[tuple[str, ...], "what was not there when it was made"]
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from accept.base.atomic_files import UNIT_FILE
-from accept.certificate.contents.laboratory import LABORATORY_FILE, Laboratory, method_of
+from accept.certificate.contents.bench_laboratory import Laboratory
+from accept.certificate.contents.laboratory import LABORATORY_FILE, method_of
 from accept.units import UnitFolder
 from specs.spec import Spec
 
 OF_LABORATORY = {  # clause, what, key of laboratory.toml
     "name": ("7.8.2.1 b", "name of the laboratory"),
     "address": ("7.8.2.1 b", "address of the laboratory"),
+    "contact": ("7.8.2.1 b", "contact of the laboratory"),
     "site": ("7.8.2.1 c", "place where the unit is measured"),
     "certificate_number": ("7.8.2.1 d", "number of the certificate"),
     "sampling": ("7.8.2.1 k", "sampling (how units are chosen, or that every unit is measured)"),
 }
+OF_CUSTOMER = {"customer": "name of the customer", "customer_contact": "contact of the customer"}
 OF_ORIGIN = {  # key of [origin]
     "manufacturer": ("7.8.2.1 g", "manufacturer of the unit"),
     "type": ("7.8.2.1 g", "type of the unit"),
@@ -46,9 +49,11 @@ def missing_statements(laboratory: Laboratory | None, spec: Spec, unit: UnitFold
         for key, (clause, what) in OF_LABORATORY.items()
         if laboratory is None or getattr(laboratory, key) is None
     ]
-    if (laboratory is None or laboratory.customer is None) and not (unit and "customer" in unit.header.origin):
-        where = f"{LABORATORY_FILE}, customer, or {UNIT_FILE}, [origin] customer"
-        found.append(Missing("7.8.2.1 e", "name of the customer", where))
+    own = {} if unit is None else unit.header.origin
+    for key, what in OF_CUSTOMER.items():  # a unit with a customer of its own states that customer's contact too
+        if key not in own and (laboratory is None or getattr(laboratory, key) is None or "customer" in own):
+            where = f"{LABORATORY_FILE}, {key}, or {UNIT_FILE}, [origin] {key}"
+            found.append(Missing("7.8.2.1 e", what, where))
     without = [check for check in spec.checks if laboratory is None or method_of(laboratory, check) is None]
     if without:
         found.append(Missing("7.8.2.1 f", f"method of {', '.join(without)}", f"{LABORATORY_FILE}, [methods]"))

@@ -1,13 +1,8 @@
-"""`laboratory.toml` of a bench: what each of its certificates states of the laboratory ([ISO17025] 7.8.2.1).
-
-The file lies in the folder of the bench (`ACCEPT_HOME`). Every key may be absent: an absent one is left out of the
-certificate, and `accept spec check --iso17025` names it.
-"""
+"""The keys of `laboratory.toml`: what each certificate of a bench states of the laboratory ([ISO17025] 7.8.2.1)."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from string import Formatter
 from typing import Annotated, Any
 
@@ -15,7 +10,7 @@ from pydantic import ConfigDict, Field, field_validator
 
 from accept.base.documents.document import Document, only_if
 from checks.acceptance import CHECKS
-from specs.strict import Strict, Words, file_bytes, parse_as
+from specs.strict import Strict, Words
 
 LABORATORY_FILE = "laboratory.toml"
 OTHERS = "others"  # method of the checks that have none of their own
@@ -26,9 +21,11 @@ class LaboratoryFile(Strict):
 
     name: Words | None = None
     address: Words | None = None
+    contact: Words | None = None
     site: Words | None = None
     accreditation: Words | None = None
     customer: Words | None = None
+    customer_contact: Words | None = None
     sampling: Words | None = None
     certificate_number: Words | None = None
     methods: Annotated[dict[str, Words], Field(default_factory=dict)]
@@ -59,14 +56,6 @@ class LaboratoryFile(Strict):
         return methods
 
 
-class Laboratory(LaboratoryFile):
-    """A `laboratory.toml` that was read."""
-
-    sha256: str
-    text: str
-    path: str
-
-
 _Text = Annotated[str, Field(min_length=1), only_if(bool)]
 
 
@@ -78,19 +67,13 @@ class StatedLaboratory(Document):
 
     name: _Text = ""
     address: _Text = ""
+    contact: _Text = ""
     site: _Text = ""
     accreditation: _Text = ""
     customer: _Text = ""
+    customer_contact: _Text = ""
     sampling: _Text = ""
     methods: Annotated[Mapping[str, Annotated[str, Field(min_length=1)]], only_if(bool)] = field(default_factory=dict)
-
-
-def laboratory_of(home: Path) -> Laboratory | None:
-    """Return the content of a bench's `laboratory.toml`, None without that file. Raises SpecError."""
-    path = home / LABORATORY_FILE
-    if not path.exists():
-        return None
-    return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))
 
 
 def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> StatedLaboratory:
@@ -103,11 +86,6 @@ def statement_of(laboratory: LaboratoryFile, checks: Iterable[str]) -> StatedLab
 def method_of(laboratory: LaboratoryFile, check: str) -> str | None:
     """Return the method by which a check is measured, with its revision; None if it is not stated."""
     return laboratory.methods.get(check, laboratory.methods.get(OTHERS))
-
-
-def contents_of(laboratory: LaboratoryFile) -> dict[str, Any]:
-    """Return the keys of the file that are given, as `LaboratoryFile` takes them."""
-    return laboratory.model_dump(include=set(LaboratoryFile.model_fields), exclude_defaults=True)
 
 
 def number_of(scheme: str, serial: str, attempt: int, year: int, taken: Collection[str]) -> str:

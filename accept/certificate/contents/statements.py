@@ -39,17 +39,19 @@ SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.
 
 
 def laboratory_words(contents: CertificateContent) -> str:
-    """Return name, address, place of measuring and accreditation in one line ([ISO17025] 7.8.2.1 b, c)."""
+    """Return name, address, contact, place of measuring and accreditation in one line ([ISO17025] 7.8.2.1 b, c)."""
     if (stated := contents.stated.laboratory) is None:
         return ""
     site = f"measured at {stated.site}" if stated.site else ""
-    return "; ".join(part for part in (stated.name, stated.address, site, stated.accreditation) if part)
+    return "; ".join(part for part in (stated.name, stated.address, stated.contact, site, stated.accreditation) if part)
 
 
 def customer_words(contents: CertificateContent) -> str:
-    """Return the customer of the laboratory, unless the unit states its own."""
+    """Return the customer of the laboratory with the contact ([ISO17025] 7.8.2.1 e), unless the unit states its own."""
     laboratory = contents.stated.laboratory
-    return "" if laboratory is None or (contents.result.get("origin") or {}).get("customer") else laboratory.customer
+    if laboratory is None or (contents.result.get("origin") or {}).get("customer"):
+        return ""
+    return "; ".join(part for part in (laboratory.customer, laboratory.customer_contact) if part)
 
 
 def methods_words(contents: CertificateContent) -> str:

@@ -18,6 +18,7 @@ from accept.certificate.page.clauses import (
     entered_words,
     environment_words,
     item_words,
+    limit_sources,
     operator_words,
     provided_words,
     rule_words,
@@ -31,6 +32,8 @@ from accept.store.decisions import stated_words
 from checks.acceptance import CHECKS
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
+COMPARED = ("Store", "Bench")  # rows that a program compares and no reader needs
+_HASH = re.compile(r"(?<=sha256 )([0-9a-f]{12})[0-9a-f]{52}")
 _JPEG = b"\xff\xd8"  # how such a file begins
 _PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
 _FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
@@ -39,12 +42,12 @@ _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
 def identity(contents: CertificateContent) -> list[Flowable]:
-    """Return who and what the certificate is about: spec, operator, instruments, parts, program."""
+    """Return who and what the certificate is about: laboratory, spec, operator, instruments, item. Hashes are
+    shortened: whole ones stand behind all that was measured."""
     parts = contents.result.get("parts") or {}
-    attached = sum(name in contents.files for name in contents.inputs)
     rows = [
         *(("Decided", decided) for decided in stated_words(contents.result.get("dispositions", ()))),
-        *statements(contents).items(),
+        *((row, _HASH.sub(r"\1", text)) for row, text in statements(contents).items() if row not in COMPARED),
         ("Operator", operator_words(contents)),
         ("Instruments", instruments_words(contents) or "none named by the spec"),
         ("Parts", _pairs_text(parts)),
@@ -53,12 +56,26 @@ def identity(contents: CertificateContent) -> list[Flowable]:
         ("Environment", environment_words(contents.result)),
         ("Entered", entered_words(contents)),
         ("Provided", provided_words(contents.result)),
+    ]
+    return [_rows(rows)]
+
+
+def compared(contents: CertificateContent) -> list[Flowable]:
+    """Return what a program compares and no reader needs: hash of the spec, state of the store, bench, inputs."""
+    attached = sum(name in contents.files for name in contents.inputs)
+    rows = [
+        ("Spec", f"sha256 {contents.spec_sha256}"),
+        *((row, text) for row, text in statements(contents).items() if row in COMPARED),
         ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
     ]
+    return [words("How this certificate is checked", page_style.HEADING), _rows(rows)]
+
+
+def _rows(rows: Sequence[tuple[str, str]]) -> Table:
     cells = [[words(name, page_style.TABLE_HEAD), words(text, page_style.SMALL)] for name, text in rows if text]
     table = Table(cells, colWidths=[20 * mm, page_style.INNER - 20 * mm], splitInRow=1)
     table.setStyle(TableStyle([("VALIGN", (0, 0), (-1, -1), "TOP"), *padding(0.6, left=0)]))
-    return [table]
+    return table
 
 
 def findings(contents: CertificateContent) -> list[Flowable]:
@@ -83,12 +100,17 @@ def findings(contents: CertificateContent) -> list[Flowable]:
         ("RIGHTPADDING", (5, 0), (5, -1), 6),
     ]
     told: dict[str, str] = {}
-    inputs = inputs_words(contents.result)
+    inputs, sources = inputs_words(contents.result), limit_sources(contents)
     for finding in contents.result["findings"]:
         first = len(cells)
         cells.append(_finding_row(finding))
         used = inputs.pop(finding["check"], "")
-        remark = [*_remark(finding, told), *([_shorten(f"Inputs: {used}", LONGEST_INPUTS)] if used else [])]
+        source = sources.get((finding["check"], finding["quantity"]))
+        remark = [
+            *([_shorten(f"Limit: {source}")] if source else []),
+            *_remark(finding, told),
+            *([_shorten(f"Inputs: {used}", LONGEST_INPUTS)] if used else []),
+        ]
         if remark:
             cells.append([[words(line, page_style.SMALL) for line in remark], *[""] * 6])
             style += [("SPAN", (0, first + 1), (-1, first + 1)), ("TOPPADDING", (0, first + 1), (-1, first + 1), 0)]

@@ -11,6 +11,7 @@ from accept.certificate.contents.content import CertificateContent
 from accept.judging import section_read_by
 from accept.pictures.labels import check_label, input_words, stated_inputs
 from checks.verdict import RULES
+from specs.strict import toml_of
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
 SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
@@ -43,7 +44,7 @@ def days_words(result: Mapping[str, Any]) -> str:
 def item_words(result: Mapping[str, Any]) -> str:
     """Return the stated origin, condition and customer of the item, "" if none is stated (7.8.2.1 e, g, h)."""
     stated = sorted((result.get("origin") or {}).items())  # an attachment has them in this order
-    return ", ".join(f"{name} {value}" for name, value in stated)
+    return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in stated)
 
 
 def entered_words(contents: CertificateContent) -> str:
@@ -97,6 +98,14 @@ def environment_words(result: Mapping[str, Any]) -> str:
             U = "" if stated["U"] is None else f" ± {stated['U']:g}"
             words.append(f"{label} {stated['value']:g}{U} {unit}")
     return ", ".join(words)
+
+
+def limit_sources(contents: CertificateContent) -> dict[tuple[str, str], str]:
+    """Return check and quantity -> the source of its limit by the attached spec: which requirement a statement of
+    conformity is about (7.8.6.2 b)."""
+    checks = toml_of(contents.spec_text.encode()).get("checks", {})
+    limits = ((check, *each) for check, section in checks.items() for each in section.get("limits", {}).items())
+    return {(check, quantity): str(limit.get("source", "")) for check, quantity, limit in limits}
 
 
 def rule_words(result: Mapping[str, Any]) -> str:

@@ -47,7 +47,7 @@ def render(contents: CertificateContent) -> bytes:
     panels = list(contents.pictures.values())
     above = [*body.identity(contents), *body.findings(contents)]
     more = [*_explanation(contents.result), *body.information(contents), *body.budgets(contents)]
-    below = [*more, *body.remarks(contents)]
+    below = [*more, *body.remarks(contents), *body.compared(contents)]
     shown = body.pictures(contents)  # behind everything else: they take no room from the findings
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]

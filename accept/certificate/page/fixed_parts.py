@@ -109,7 +109,8 @@ def _title(canvas: Canvas, contents: CertificateContent) -> None:
     kind = f"{str(contents.result['kind']).upper()} · {contents.spec_title}"
     canvas.setFont(REGULAR, fitting_size(kind, REGULAR, 8.5, width))
     canvas.drawString(page_style.MARGIN, _TOP - 57, kind)
-    lines = simpleSplit(summary(contents.result), BOLD, 7, width)
+    amendment = f"Amendment to certificate {contents.stated.amends}. " if contents.stated.amends else ""
+    lines = simpleSplit(f"{amendment}{summary(contents.result)}", BOLD, 7, width)
     for nth, line in enumerate(lines if len(lines) <= 3 else [*lines[:2], f"{lines[2]} …"]):
         canvas.setFont(BOLD, 7)
         canvas.drawString(page_style.MARGIN, _TOP - 71 - 9 * nth, line)
@@ -173,7 +174,7 @@ def open_fields() -> bytes:
     appearance of a signature takes its place, while words of the page would stay below that and be read with it."""
     buffer = io.BytesIO()
     canvas = Canvas(buffer, pagesize=_BOX, invariant=1)
-    for words in ("not signed", "countersignature open"):
+    for words in ("not signed", "not authorised: countersignature open"):
         canvas.setFillColor(page_style.GREY_COLOUR)
         canvas.setFont(REGULAR, 7)
         canvas.drawCentredString(_BOX[0] / 2, _BOX[1] / 2 - 2, words)

@@ -292,10 +292,14 @@ def authority_here(home: Path) -> bool:
     return (folder(home) / f"{CA}.key.pem").is_file()
 
 
+def stamping_files(home: Path) -> list[Path]:
+    """Return the files of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem."""
+    return sorted(folder(home).glob("tsa*.pem"))
+
+
 def stamping_roots(home: Path) -> list[x509.Certificate]:
-    """Return the root certificates of the time stamping authorities that the bench trusts: tsa.pem, tsa-NAME.pem.
-    Raises KeysError."""
-    return [certificate_of(path) for path in sorted(folder(home).glob("tsa*.pem"))]
+    """Return the root certificates of the time stamping authorities that the bench trusts. Raises KeysError."""
+    return [certificate_of(path) for path in stamping_files(home)]
 
 
 def stamping(credential: Credential, url: str | None, home: Path) -> Credential:

@@ -7,6 +7,7 @@ from typer import Option
 
 from accept.base.progress import busy
 from accept.commands.answer import Answer, Remark, command
+from accept.fleet.measurements import day
 from accept.fleet.site.page_data import MOST, curves, document
 from accept.fleet.site.write_site import write_site
 from accept.store import open_store
@@ -16,16 +17,18 @@ from accept.store import open_store
 def run(
     out: Annotated[Path, Option(help="Folder for the page.")],
     last: Annotated[int, Option(min=1, help="How many judgements are shown, the last ones of the store.")] = MOST,
+    since: Annotated[str | None, Option(help="First day (2026-10-05) or month (2026-10) of measuring, UTC.")] = None,
+    until: Annotated[str | None, Option(help="Last day or month, UTC.")] = None,
     units: Annotated[list[Path] | None, Option(help="Unit folders whose curves are shown; repeat.")] = None,
 ) -> Answer:
-    """Write a page of the fleet. Yield, causes, trends, curves and every unit's findings; opens offline."""
+    """Write a page of the fleet. Yield, causes, trends, what happened, and every unit's findings; opens offline."""
     panels = {}
     if units:
         from accept.commands.units.compare import measured  # loads the checks: only for curves
 
         panels = {result.serial: result.panels for result in measured(units, None)}
     with busy("writing the page"), open_store() as store:
-        content = document(store, curves(panels), out.resolve(), last)
+        content = document(store, curves(panels), out.resolve(), last, day(since), day(until, last=True))
     write_site(out, content)
     shown, of = len(content["judgements"]), content["of"]
     count = f"the last {shown} of {of}" if shown < of else shown

@@ -9,11 +9,12 @@ from typer import Argument, Option
 
 from accept.base.console import say
 from accept.base.exit_codes import Exit
+from accept.base.names import shown_name
 from accept.commands.answer import Answer, Remark, command, picture
 from accept.commands.fleet.answers import files, is_chosen, left_out, rows
 from accept.commands.fleet.options import JudgementFilter, Outputs, TrendBy
-from accept.commands.options import Operator, Plot
-from accept.commands.trust.bench_keys import who_acts
+from accept.commands.options import Operator, Plot, QaPassphrase
+from accept.commands.trust.bench_keys import signer_kept_here, who_acts
 from accept.fleet import trend as trends
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_chart import golden_trends, in_doubt
@@ -34,6 +35,7 @@ def trend(
     ] = None,
     reason: Annotated[str, Option(help="Why a baseline is revised.")] = "",
     operator: Operator = None,
+    passphrase_file: QaPassphrase = None,
     rules: Annotated[
         str | None, Option(help="Nelson's rules asked for beside gross values and shifts, such as 2,3.")
     ] = None,
@@ -46,9 +48,10 @@ def trend(
         of_instrument = quantity.startswith(CHECKED)
         frame = instrument_checks(store, quantity.removeprefix(CHECKED)) if of_instrument else measurements(store)
         if baseline is not None:
-            who = who_acts(operator)
+            signer = signer_kept_here(passphrase_file, reason)
+            who = who_acts(operator) if signer is None else signer.person
             for of in trends.trends(frame, quantity, by.value, chosen=is_chosen(frame, _within(baseline, choice))):
-                stated = trends.set_baseline(store, of, by.value, reason, who)
+                stated = trends.set_baseline(store, of, by.value, reason, who, signer)
                 say(f"{of.name}: baseline of {stated.n} units, {stated.since} to {stated.until}, stored")
         baselines = trends.stored_baselines(store, quantity, by.value)
         frame = frame.assign(**{trends.DOUBT: in_doubt(frame, golden_trends(store, quantity=quantity))})
@@ -133,8 +136,11 @@ def _row(document: Mapping[str, Any]) -> dict[str, object]:
 def _basis(each: trends.Trend, base: Baseline) -> str:
     """Return the reference of the chart, and the rate of its false alarms."""
     left_out = f", {base.left_out} gross left out" if base.left_out else ""
-    stated = each.baseline.stated if each.baseline else None
-    of = f"the baseline {stated.since} to {stated.until}" if stated else "the values themselves"
+    of, stored = "the values themselves", each.baseline
+    if stored is not None:
+        who = shown_name(stored.who, stored.stated.typed)
+        by = f"set by {who}, {stored.problem}" if stored.problem else f"set and signed by {who}"
+        of = f"the baseline {stored.stated.since} to {stored.stated.until}, {by}"
     scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
     return (
         f"compared with {of} ({base.n} units{left_out}){scale}; "

@@ -186,3 +186,8 @@ def decision_signer(passphrase_file: Path | None, reason: str) -> Opens:
         return Signer(credential.key, credential.certificate)
 
     return opened
+
+
+def signer_kept_here(passphrase_file: Path | None, reason: str) -> Signer | None:
+    """Return the opened QA key of this bench, None if it has none. Raises KeysError as `decision_signer`."""
+    return decision_signer(passphrase_file, reason)() if any(keys.person_files(home(), authority.QA)) else None

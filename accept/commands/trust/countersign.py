@@ -24,7 +24,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import qa_credential
-from accept.commands.trust.verify import VerifyOptions, certificates_in, verify_here, verify_one_of_many
+from accept.commands.trust.verify import VerifyOptions, certificates_in, verifier, verify_one_of_many
 from accept.store import DATABASE, StoreError, open_store
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
@@ -53,7 +53,7 @@ def run(
             raise DispositionError("--disposition is about one unit: countersign its certificate alone")
         return _many(certificates_in(certificates), passphrase_file, records, tsa, known)
     content = read_certificate(certificates[0])
-    before = verify_here(content, VerifyOptions(records=records))
+    before = verifier(VerifyOptions(records=records))(content)
     for line in before.details:
         say(f"  {line}")
     if not before.valid:
@@ -87,8 +87,9 @@ def _many(
     units. The others are left as they are and named: each needs a look of its own."""
     wait = dict[Path, tuple[bytes, Verification]]()
     left = list[str]()
+    verify = verifier(VerifyOptions(records=records))
     for path in paths:
-        content, found = verify_one_of_many(path, VerifyOptions(records=records))
+        content, found = verify_one_of_many(path, verify)
         say(f"  {one_line(str(path))}: {found.serial} {found.verdict or ''}: {found.reason}")
         if not found.valid:
             left.append(f"{one_line(str(path))}: {found.reason}")

@@ -35,10 +35,12 @@ from accept.store import (
     restore,
 )
 from accept.store.payloads import (
+    BaselineSet,
     CertificateSigned,
     CopiesResolved,
     Decision,
     NonconformanceDecided,
+    SpecApproved,
     UnitJudged,
     payload_of,
 )
@@ -246,10 +248,15 @@ def _no_event(serial: str | None, chosen: EventFilter) -> str:
     return f"no event{of}" if of else "no event yet"
 
 
-def _event_lines(event: Event, full: bool) -> Iterator[str]:
+def event_line(event: Event) -> str:
+    """Return an event in words: number, time, who, what, unit, how it ended, spec and program."""
     spec = listed_name(event.spec)
     words = (str(event.seq), event.time[:19], event.by, event.what, event.subject, _verdict(event), spec)
-    yield "  ".join(word for word in (*words, f"code {event.code[:8]}") if word)
+    return "  ".join(word for word in (*words, f"code {event.code[:8]}") if word)
+
+
+def _event_lines(event: Event, full: bool) -> Iterator[str]:
+    yield event_line(event)
     if full:
         yield f"    spec {event.spec}  hash {event.hash}"
         yield f"    {event.payload}"
@@ -281,4 +288,8 @@ def _verdict(event: Event) -> str:
         case CertificateSigned(role=role, disposition=decision):
             why = f"{role}, because: {payload.reason}" if payload.reason else role
             return why if decision is None else f"{role}, {decision.choice}: {decision.reason}"
+        case SpecApproved(approval=approval):
+            return f"{approval.get('name')}: approved"
+        case BaselineSet():
+            return f"{payload.quantity}, {payload.group}: {payload.since} to {payload.until} {payload.reason}".rstrip()
     return str(getattr(payload, "reason", ""))

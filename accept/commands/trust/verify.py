@@ -1,13 +1,13 @@
 """`accept verify`."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Option
 
-from accept.base.documents.listings import SignatureVerified, VerificationDocument
+from accept.base.documents.listings import EvidenceFolder, SignatureVerified, VerificationDocument
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
 from accept.base.home import home
@@ -25,7 +25,8 @@ from accept.certificate import (
     trusted_lists,
     verify_certificate,
 )
-from accept.certificate.trust import keys
+from accept.certificate.evidence import AUTHORITY, LIST, SUPERSEDED, differences, evidence_in
+from accept.certificate.trust import authority, keys
 from accept.certificate.trust.revocation import beside
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer, LargeRecords
@@ -75,10 +76,13 @@ def run(
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     if len(certificates) > 1 or certificates[0].is_dir():
-        found = [(path, verify_one_of_many(path, options)[1]) for path in certificates_in(certificates)]
-        return _of_many([(*each, _unmet_requirements(each[1], required, wanted_spec)) for each in found], json)
+        evidence = evidence_in(certificates[0]) if len(certificates) == 1 else None
+        package = None if evidence is None else _Package(certificates[0], evidence)
+        verify = verifier(options if package is None else package.trusting(options))
+        found = [(path, verify_one_of_many(path, verify)[1]) for path in certificates_in(certificates)]
+        return _of_many([(*each, _unmet_requirements(each[1], required, wanted_spec)) for each in found], json, package)
     with busy(f"{certificates[0].name}: judging again"):
-        report = verify_here(read_certificate(certificates[0]), options)
+        report = verifier(options)(read_certificate(certificates[0]))
     missing = _unmet_requirements(report, required, wanted_spec)
     head = "DEMO, no acceptance of a real unit: " if options.demo else ""
     tail = f" - BUT NOT AS REQUIRED: {'; '.join(missing)}" if missing else ""
@@ -88,6 +92,39 @@ def run(
         f"{head}{_outcome(report)}: {report.reason}{tail}",
         exit=_exit(report, missing),
     )
+
+
+@dataclass(frozen=True)
+class _Package:
+    """A folder that `accept evidence` wrote, and its statement about itself."""
+
+    folder: Path
+    stated: EvidenceFolder
+
+    def trusting(self, options: VerifyOptions) -> VerifyOptions:
+        """Return the options with what lies in the folder where nothing else is named. A bench that has keys trusts its
+        own authority."""
+        own, listed = self.folder / AUTHORITY, self.folder / LIST
+        return replace(
+            options,
+            trust=options.trust or ([own] if own.is_file() and not keys.exist(home()) else None),
+            log=options.log or ([listed] if listed.is_file() else None),
+            tsa_trust=options.tsa_trust or sorted(self.folder.glob("tsa*.pem")) or None,
+        )
+
+    def holds_replaced(self, path: Path) -> bool:
+        """Return whether a certificate is one that a later one replaces, which every list says."""
+        return path.parent == self.folder / SUPERSEDED
+
+    def words(self) -> tuple[list[str], Exit]:
+        """Return what is wrong with the folder, what it lacks, and whose authority it brings."""
+        wrong, own = list(differences(self.folder, self.stated)), self.folder / AUTHORITY
+        lines = [*wrong, *(f"missing since it was made: {words}" for words in self.stated.missing)]
+        if own.is_file():
+            digest = authority.fingerprint(keys.certificate_of(own))
+            where = "compare it with one that the laboratory gave you in another way"
+            lines.append(f"authority in this folder: sha256 {digest}; {where}")
+        return lines, Exit.REJECTED if wrong else Exit.INCOMPLETE if self.stated.missing else Exit.ACCEPTED
 
 
 def certificates_in(paths: Sequence[Path]) -> list[Path]:
@@ -102,13 +139,13 @@ def certificates_in(paths: Sequence[Path]) -> list[Path]:
     return list(found)
 
 
-def verify_one_of_many(path: Path, options: VerifyOptions) -> tuple[bytes, Verification]:
+def verify_one_of_many(path: Path, verify: Callable[[bytes], Verification]) -> tuple[bytes, Verification]:
     """Return the bytes of a file and its verification. One that cannot be read is not valid: the others are looked
     at."""
     try:
         with busy(f"{path.name}: judging again"):
             content = read_certificate(path)
-            return content, verify_here(content, options)
+            return content, verify(content)
     except OSError as e:
         return b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
 
@@ -117,24 +154,31 @@ def _outcome(report: Verification) -> str:
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     simulated = f"{SIMULATED}: " if report.simulated else ""
     waits = report.outcome is not Validity.NOT_VALID and not report.authorised
-    return simulated + words[report.outcome] + (", not yet authorised by quality assurance" if waits else "")
+    return simulated + ("NOT AUTHORISED by quality assurance, " if waits else "") + words[report.outcome]
 
 
 def _exit(report: Verification, missing: Sequence[str]) -> Exit:
     return Exit.REJECTED if missing else _EXIT[report.outcome]
 
 
-def _of_many(found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None) -> Answer:
+def _of_many(
+    found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None, package: _Package | None
+) -> Answer:
     """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
-    reason, and a count; the exit code is the worst."""
-    exits = [_exit(report, missing) for _, report, missing in found]
+    reason, a count, and the state of the folder if it is a package; the exit code is the worst."""
+    old = [
+        package is not None and package.holds_replaced(path) and report.outcome is not Validity.NOT_VALID
+        for path, report, _ in found
+    ]
+    lines, folder = package.words() if package else ([], Exit.ACCEPTED)
+    exits = [Exit.ACCEPTED if o else _exit(r, missing) for o, (_, r, missing) in zip(old, found, strict=True)]
     wrong = [n for n, exit in enumerate(exits) if exit is not Exit.ACCEPTED]
     shown = (
-        (one_line(str(path)), report.serial, str(report.verdict or ""), _outcome(report),
+        (one_line(str(path)), report.serial, str(report.verdict or ""), "replaced since" if o else _outcome(report),
          ", ".join(f"{by.person} ({by.role})" for by in report.signatures))
-        for path, report, _ in found
+        for o, (path, report, _) in zip(old, found, strict=True)
     )  # fmt: skip
-    worst = next((exit for exit in (Exit.REJECTED, Exit.INCOMPLETE) if exit in exits), Exit.ACCEPTED)
+    worst = next((exit for exit in (Exit.REJECTED, Exit.INCOMPLETE) if exit in (*exits, folder)), Exit.ACCEPTED)
     documents = [{"certificate": str(path), **_document(report, missing).to_json()} for path, report, missing in found]
     return Answer(
         File(json, documents),
@@ -143,6 +187,7 @@ def _of_many(found: Sequence[tuple[Path, Verification, list[str]]], json: Path |
           (each for n, each in enumerate(found) if n in wrong or each[1].remarks)),
         f"{len(found) - len(wrong)} of {len(found)} certificates are valid"
         + (" and as required" if any(missing for *_, missing in found) else ""),
+        *lines,
         exit=worst,
     )  # fmt: skip
 
@@ -179,19 +224,20 @@ def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha25
     return missing
 
 
-def verify_here(pdf: bytes, options: VerifyOptions) -> Verification:
-    """Verify against the CAs named, else against this bench's own; against the demo's only if asked to."""
+def verifier(options: VerifyOptions) -> Callable[[bytes], Verification]:
+    """Return what verifies certificates against the CAs named, else against this bench's own; against the demo's only
+    if asked to. What is trusted is read once for all of them."""
     place = home() / DEMO if options.demo else home()
     if not options.trust and not keys.exist(place):
         words = f"no trusted CA: no keys found in {place}; name a CA certificate with --trust"
-        return Verification(Validity.NOT_VALID, words)
+        return lambda _: Verification(Validity.NOT_VALID, words)
     paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
     trust = [keys.certificate_of(path) for path in paths]
     judge = rejudge_demo if options.demo else rejudge
     stamping = [keys.certificate_of(path) for path in options.tsa_trust or ()] or keys.stamping_roots(place)
     beside_trust = ListsBeside({} if options.demo else {beside(p): ca for p, ca in zip(paths, trust, strict=True)})
     lists = trusted_lists(options.log, trust) if options.log else None
-    return verify_certificate(
+    return lambda pdf: verify_certificate(
         pdf, trust, ports(judge), demo=options.demo, records=options.records, revoked=beside_trust.entries,
         known=None if options.demo else at_bench(beside_trust, lists), stamping=stamping,
     )  # fmt: skip

@@ -7,12 +7,19 @@ from typing import Annotated
 from typer import Argument, Option
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.listings import LimitShown, SpecList, SpecListed, SpecShown
+from accept.base.documents.listings import (
+    LimitShown,
+    SpecList,
+    SpecListed,
+    SpecsCompared,
+    SpecShown,
+    SpecValueDiffers,
+)
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.commands.answer import Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer
-from specs.spec import Limit, Spec, builtin, load
+from specs.spec import Limit, Spec, builtin, differences, load, parse
 from specs.strict import SpecError
 
 
@@ -20,9 +27,46 @@ from specs.strict import SpecError
 def show_list(json: JsonAnswer = None) -> Answer:
     """List the specs that come with the program."""
     specs = [load(name) for name in builtin()]
-    listed = [SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256) for spec in specs]
+    listed = map(_listed, specs)
     rows = ((spec.name, spec.kind, str(len(spec.checks)), spec.title) for spec in specs)
     return Answer(File(json, SpecList(tuple(listed))), table(("name", "kind", "checks", "title"), rows))
+
+
+def _listed(spec: Spec) -> SpecListed:
+    return SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256)
+
+
+@command
+def diff(
+    first: Annotated[str, Argument(help="Built-in name, TOML file, or certificate that states one.")],
+    second: Annotated[str, Argument(help="The other.")],
+    json: JsonAnswer = None,
+) -> Answer:
+    """Compare two specs. Each limit, setting and source that differs; exit 4 if any does."""
+    specs = [_spec_in(Path(name)) if name.lower().endswith(".pdf") else load(name) for name in (first, second)]
+    found = list(differences(*specs))
+    one, two = map(_listed, specs)
+    document = SpecsCompared(one, two, tuple(SpecValueDiffers(*each) for each in found))
+    names = [f"{name}: {spec.name} {spec.sha256[:12]}" for name, spec in zip((first, second), specs, strict=True)]
+    rows = ((key.removeprefix("checks."), *map(_stated, values)) for key, *values in found)
+    return Answer(
+        File(json, document),
+        table(("value", *names), rows)
+        if found
+        else f"{' and '.join(names)} state the same limits, settings and sources",
+        exit=Exit.INCOMPLETE if found else Exit.ACCEPTED,
+    )
+
+
+def _spec_in(certificate: Path) -> Spec:
+    """Return the spec that a certificate was judged by. Raises SpecError, OSError, InvalidCertificate."""
+    from accept.certificate import read_certificate, read_contents
+
+    return parse(read_contents(read_certificate(certificate)).spec_text.encode(), str(certificate))
+
+
+def _stated(value: object) -> str:
+    return "not stated" if value is None else f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 @command
@@ -33,15 +77,17 @@ def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], jso
     limits = table(("check", "quantity", "limits", "rule", "source"), _rows(spec))
     compared = "responses are compared with model '{}'; this does not affect the verdict"
     gap = None if spec.gap is None else compared.format(spec.gap.model)
-    unknown_to_checks = None
+    unknown_to_checks = approved = None
     if name not in builtin():
+        from accept.commands.trust.approve_spec import approval_words
         from accept.judging import load_spec
 
+        approved = approval_words(spec)
         try:
             load_spec(name)
         except SpecError as e:
             unknown_to_checks = e
-    return Answer(File(json, _document(spec)), *head, limits, gap, error=unknown_to_checks)
+    return Answer(File(json, _document(spec)), *head, approved, limits, gap, error=unknown_to_checks)
 
 
 def _document(spec: Spec) -> SpecShown:

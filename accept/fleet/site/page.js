@@ -130,6 +130,12 @@ function drawTrend(rows) {
     for (const c of g.cautions) list.append(node("li", title + c));
   }
 }
+function drawHappenings() {
+  const [from, to] = ["from", "to"].map((id) => $(id).value), body = $("happened").tBodies[0]; body.replaceChildren();
+  for (const h of F.happenings.filter((each) => (!from || each.day >= from) && (!to || each.day <= to))) {
+    const row = node("tr"); row.append(...["day", "kind", "unit", "who", "words"].map((key) => node("td", h[key]))); body.append(row);
+  }
+}
 function drawCurves(rows) {
   const serials = new Set(rows.map((j) => j.serial)), all = F.curves[$("picture").value] || [];
   const some = all.filter((c) => serials.has(c.serial));
@@ -199,8 +205,9 @@ function draw() {
   $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted` +
     (F.of > F.judgements.length ? `; this page has the last ${F.judgements.length} of ${F.of} judgements` : "") +
     (F.golden ? `; ${F.golden} judgements of golden units are not counted` : "") +
+    (F.days.some(Boolean) ? `; measured ${F.days[0] ? `from ${F.days[0]} ` : ""}${F.days[1] ? `until ${F.days[1]}` : "on"}` : "") +
     `. Made ${F.made}, up to event ${F.head} of the store.`;
-  drawTable(rows);
+  drawTable(rows); drawHappenings();
   clearTimeout(timer); // the table answers at once; the pictures follow
   timer = setTimeout(() => { pictures(rows); document.body.dataset.drawn = rows.length; }, 0);
 }

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Collection, Mapping, Sequence
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -23,8 +23,10 @@ from accept.fleet.measurements import (
     digits,
     first_attempts,
     in_order_of_measurement,
+    is_between,
     measurements,
 )
+from accept.fleet.site.happenings import happenings
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
 from accept.judging.reservations import voids
@@ -50,21 +52,28 @@ SHOWN_POINTS = 400  # of a curve: a page holds those of many units
 
 
 def document(
-    store: Store, curves: Mapping[str, Sequence[Mapping[str, Any]]], out: Path | None = None, last: int = MOST
+    store: Store,
+    curves: Mapping[str, Sequence[Mapping[str, Any]]],
+    out: Path | None = None,
+    last: int = MOST,
+    since: date | None = None,
+    until: date | None = None,
 ) -> dict[str, Any]:
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
     what `accept trend` states; goldens: quantity -> alarms of the charts of golden units; curves: title ->
-    [{serial, x, y}] with the axes' labels; of: how many judgements the store holds; golden: how many of those
-    shown are of golden units; head: its last event; made: when. out: folder of
-    the page, from which certificates are linked. last: how many judgements are shown, the last ones. Raises
-    StoreError."""
+    [{serial, x, y}] with the axes' labels; of: how many judgements the store holds; golden: how many of those shown are
+    of golden units; head: its last event; made: when. out: folder of the page, from which certificates are linked.
+    last: how many judgements are shown, the last ones. since, until: only what was measured on these days, alarms too;
+    `happenings` of these days. Raises StoreError, FleetError."""
     head = store.head().seq
     numbers, tries, names = (values for values, _ in findings(store, ("seq", "attempt", "typed")).values())
     after = int(numbers[-last - 1]) if numbers.size > last else 0
     attempts = dict(zip(numbers[-last:].tolist(), tries[-last:].tolist(), strict=True))
     typed = dict(zip(numbers[-last:].tolist(), names[-last:].tolist(), strict=True))
     frame = measurements(store, after=after)
+    within = is_between(frame, since, until)
+    shown = {*frame[within]["seq"].tolist()}
     first, begun, stopped = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
     goldens = golden_trends(store)
@@ -75,8 +84,8 @@ def document(
     units: dict[str, str] = {}
     for event in store.events(what=UnitJudged.KIND, after=after):
         result = UnitJudged.of(event).result
-        if event.seq not in attempts:
-            continue  # judged since this page was begun
+        if event.seq not in attempts or not (since is until is None or event.seq in shown):
+            continue  # judged since this page was begun, or measured on other days
         units |= {f.quantity: "" if f.unit == "1" else pretty(f.unit) for f in result.findings}
         judgements.append(
             {
@@ -105,19 +114,22 @@ def document(
                 "gap": _gap(result.gap),
             }
         )
+    charts = {name: _trends(frame, store, name, within) for name in units}
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
-        "trends": {name: _trends(frame, store, name) for name in units},
+        "trends": charts,
         "goldens": {
             name: [c.words(a) for c in goldens if c.quantity == name for a in c.chart.alarms] for name in units
         },
+        "happenings": happenings(store, since or date.min, until or date.max, charts),
+        "days": [each and each.isoformat() for each in (since, until)],
         "quantities": units,
         "labels": labels,
         "judgements": judgements,
         "curves": dict(curves),
         "of": int(numbers.size),
-        "golden": int(frame[frame[GOLDEN]]["seq"].nunique()),
+        "golden": int(frame[within & frame[GOLDEN]]["seq"].nunique()),
         "head": head,
         "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     }
@@ -147,14 +159,14 @@ def _moments(frame: pd.DataFrame) -> dict[int, str]:
     return dict(zip(ordered["seq"].tolist(), at.dt.strftime("%Y-%m-%dT%H:%M:%S").tolist(), strict=True))
 
 
-def _trends(frame: pd.DataFrame, store: Store, name: str) -> dict[str, list[dict[str, Any]]]:
+def _trends(frame: pd.DataFrame, store: Store, name: str, within: "pd.Series[bool]") -> dict[str, list[dict[str, Any]]]:
     """Return column -> limits, mean, alarms in words and indices of each group, as `accept trend` states them."""
     found = {}
     for by in TREND_BY:
         if by != "all" and (frame[by] == NOT_STATED).all():
             continue
         try:
-            charts = trends(frame, name, by, stored_baselines(store, name, by))
+            charts = trends(frame, name, by, stored_baselines(store, name, by), chosen=within)
         except FleetError:
             continue
         keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")

@@ -112,7 +112,7 @@ def test_the_pdf_names_no_time_and_has_two_empty_fields(pdf: bytes) -> None:
 def test_the_open_fields_say_that_they_are_open(pdf: bytes) -> None:
     """Not the page, where the words would stay below a signature."""
     shown = PdfReader(io.BytesIO(open_fields())).pages
-    assert [page.extract_text().strip() for page in shown] == ["not signed", "countersignature open"]
+    assert [page.extract_text().strip() for page in shown] == ["not signed", "not authorised: countersignature open"]
     (page,) = PdfReader(io.BytesIO(pdf)).pages
     forms = [each.get_object()["/AP"]["/N"] for each in page["/Annots"]]
     assert [form.get_data() for form in forms] == [each.get_contents().get_data() for each in shown]

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
+from accept.certificate import CertificateContent
 from accept.certificate.page.clauses import (
     COVERAGE,
     SCOPE,
@@ -94,3 +95,34 @@ def test_the_page_labels_the_date_of_issue_and_defines_each_term_once(tmp_path: 
     text = " ".join(" ".join(page.extract_text() for page in pages).split())
     assert text.count("date of issue") == 1
     assert text.count("P(false)") - text.count("Rule P(false) Verdict") == 1
+
+
+def page_text(contents: CertificateContent) -> str:
+    pages = PdfReader(io.BytesIO(render(contents))).pages
+    return " ".join(" ".join(page.extract_text() for page in pages).split())
+
+
+def test_each_limit_stands_with_its_source(tmp_path: Path):
+    """Which requirement is met needed the attached spec ([ISO17025] 7.8.6.2 b)."""
+    text = page_text(certificate_contents(tmp_path))
+    assert "Limit: [STB] 2.2" in text
+    assert "Limit: [STB] 2.3" in text
+
+
+def test_what_only_a_program_compares_stands_behind_all_that_is_measured(tmp_path: Path):
+    text = page_text(certificate_contents(tmp_path))
+    before, _, behind = text.partition("How this certificate is checked")
+    contents = certificate_contents(tmp_path)
+    assert contents.spec_sha256 not in before
+    assert contents.spec_sha256 in behind
+    for row in ("Store", "Bench", "Record"):
+        assert f" {row} " not in before.replace("Record all", "")
+        assert f" {row} " in behind
+    assert behind.index(" Store ") < behind.index(" Record ")
+
+
+def test_an_amendment_says_so_below_its_title(tmp_path: Path):
+    contents = certificate_contents(tmp_path)
+    amended = replace(contents, provenance={**contents.provenance, "amends": "EX-2026 APA-03/1"})
+    assert "Amendment to certificate EX-2026 APA-03/1." in page_text(amended).partition("Findings")[0]
+    assert "Amendment" not in page_text(contents)

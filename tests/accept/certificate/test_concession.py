@@ -152,7 +152,7 @@ def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(re
     pdf = reported.parent / "A.pdf"
     before = accept("verify", pdf)
     assert (before.exit_code, before.stdout.partition(";")[0]) == (
-        0, "valid, not yet authorised by quality assurance: A held",
+        0, "NOT AUTHORISED by quality assurance, valid: A held",
     )  # fmt: skip
     assert accept("countersign", pdf, "--disposition", "use-as-is", "--because", WHY).exit_code == 0
     page = page_of(pdf)

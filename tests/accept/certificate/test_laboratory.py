@@ -23,9 +23,11 @@ from tests.accept.certificate.verify.test_statements import PHRASE, accept, cert
 WHOLE = """
 name = "Example Institute"
 address = "Example Street 1, 12345 Town"
+contact = "lab@example.org"
 site = "Building 7"
 accreditation = "not accredited"
 customer = "Hexapod"
+customer_contact = "Ms Example, tel. 12"
 sampling = "every unit"
 certificate_number = "EX-{year} {serial}/{attempt}"
 [methods]
@@ -108,10 +110,11 @@ def test_certificates_state_the_laboratory_and_are_verified(bench, tmp_path):
     contents = read(read_contents(first.read_bytes()).attachments())
     said = statements(contents)
     assert (
-        said["Laboratory"] == "Example Institute; Example Street 1, 12345 Town; measured at Building 7; not accredited"
+        said["Laboratory"]
+        == "Example Institute; Example Street 1, 12345 Town; lab@example.org; measured at Building 7; not accredited"
     )
     assert said["Methods"].startswith("WI-12, revision 3 (capacitance")
-    assert said["Customer"] == "Hexapod"
+    assert said["Customer"] == "Hexapod; Ms Example, tel. 12"
     assert contents.provenance["number"].endswith(" A-1/1")
     assert "were entered without a recording" in entered_words(contents)
     assert said["Changed"] == ""

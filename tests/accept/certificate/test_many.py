@@ -1,12 +1,14 @@
 """Many certificates in one command: verified as a table, countersigned with one passphrase."""
 
+import csv
 import json
 from pathlib import Path
 
 import pytest
 
 from accept.base.home import home
-from accept.certificate.trust import keys
+from accept.certificate.evidence import GONE, differences, evidence_in
+from accept.certificate.trust import authority, keys
 from tests.accept.units.units import GOOD, make_unit
 from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
@@ -110,3 +112,83 @@ def test_a_folder_without_certificates_is_a_wrong_order(tmp_path: Path) -> None:
         done = accept(command, tmp_path)
         assert done.exit_code == 6
         assert "holds no certificate (no file that ends in .pdf)" in done.output.replace("\n", " ")
+
+
+# --- everything that an auditor needs, in one folder ------------------------------------------------------------------
+
+
+@pytest.fixture
+def package(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The evidence of A, whose certificate was amended, and of B; read in a home that has neither keys nor store."""
+    assert accept("countersign", place / "A.pdf", place / "B.pdf").exit_code == 0
+    unit = place.parent / "units" / "A" / "unit.toml"
+    unit.write_text(unit.read_text().replace("5.10", "5.11"))
+    done = accept("report", unit.parent, "--out", place / "A.pdf", *SIGNED[1:], "--reason", "a digit was exchanged")
+    assert done.exit_code == 0, done.output
+    assert accept("countersign", place / "A.pdf").exit_code == 0
+    out = tmp_path / "evidence"
+    done = accept("evidence", out, "--units", "A", "--units", "B")
+    assert done.exit_code == 0, done.output
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "auditor"))
+    return out
+
+
+def test_a_package_is_checked_by_one_command_with_what_lies_in_it(package: Path) -> None:
+    done = accept("verify", package)
+    assert done.exit_code == 0, done.output
+    assert "3 of 3 certificates are valid" in done.output
+    assert "authority in this folder" in done.output
+    assert authority.fingerprint(keys.certificate_of(package / "ca.pem")) in done.output.replace("\n", "")
+    names = {path.relative_to(package).as_posix() for path in package.rglob("*") if path.is_file()}
+    assert names == {
+        "README.md", "ca.crl.pem", "ca.pem", "certificates/A.pdf", "certificates/B.pdf", "evidence.json", "head.json",
+        "history.txt", "list.json", "summary.csv", "superseded/A-1.pdf",
+    }  # fmt: skip
+    rows = list(csv.DictReader((package / "summary.csv").read_text().splitlines()))
+    assert [(r["serial"], r["attempt"], r["verdict"]) for r in rows] == [
+        ("A", "1", "accepted"), ("A", "2", "accepted"), ("B", "1", "accepted"),
+    ]  # fmt: skip
+    assert {r["countersigned_by"] for r in rows} == {"Grace Hopper"}
+    assert "a digit was exchanged" in (package / "history.txt").read_text()
+    assert accept("verify", package, "--require", "countersigned,current").exit_code == 0
+
+
+def test_what_was_taken_out_of_a_package_or_changed_is_named(package: Path) -> None:
+    stated = evidence_in(package)
+    assert stated is not None
+    for name in stated.files:
+        before = (package / name).read_bytes()
+        (package / name).write_bytes(before + b"\n")
+        assert list(differences(package, stated)) == [f"{name}: it was changed since the package was made"]
+        (package / name).unlink()
+        assert list(differences(package, stated)) == [f"{name}: {GONE}"]
+        (package / name).write_bytes(before)
+    (package / "more.pdf").write_bytes(b"")
+    assert list(differences(package, stated)) == ["more.pdf: it was added since the package was made"]
+    (package / "more.pdf").unlink()
+    (package / "summary.csv").unlink()
+    done = accept("verify", package)
+    assert (done.exit_code, f"summary.csv: {GONE}" in done.output) == (3, True)
+
+
+def test_a_bench_with_keys_trusts_its_own_authority_and_not_the_one_of_a_package(
+    package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "another"))
+    keys.init(home(), "correct horse", "Eve")
+    done = accept("verify", package)
+    assert done.exit_code == 6  # its list is of no bench of this authority
+    assert accept("verify", package, "--trust", package / "ca.pem").exit_code == 0
+
+
+def test_what_a_package_lacks_is_said_when_it_is_made(place: Path, tmp_path: Path) -> None:
+    (place / "B.pdf").write_bytes(b"something else")
+    done = accept("evidence", tmp_path / "evidence", "--units", "A", "--units", "B", "--units", "Z")
+    assert done.exit_code == 4
+    assert "Z: this bench's store knows no judgement of it" in done.output
+    assert "B: the certificate of attempt 1 is not at " in done.output
+    told = json.loads((tmp_path / "evidence" / "evidence.json").read_text())
+    assert len(told["missing"]) == 2
+    checked = accept("verify", tmp_path / "evidence")
+    assert (checked.exit_code, "Z: this bench's store knows no judgement of it" in checked.output) == (4, True)
+    assert accept("evidence", tmp_path / "evidence").exit_code == 6  # nothing is written over

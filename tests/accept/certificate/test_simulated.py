@@ -13,7 +13,7 @@ from accept.base.documents.results import SIMULATED
 from accept.base.home import home
 from accept.certificate import Validity, read_certificate, rejudge
 from accept.certificate.trust import keys
-from accept.commands.trust.verify import VerifyOptions, verify_here
+from accept.commands.trust.verify import VerifyOptions, verifier
 from accept.judging import load_spec
 from accept.simulate.faults import KINDS
 from accept.store import open_store
@@ -100,7 +100,7 @@ def test_verify_never_takes_it_for_an_acceptance(certificate: Path) -> None:
     assert accept("verify", certificate, "--require", "accepted").exit_code == 3
     document = json.loads(accept("verify", certificate, "--json", "-").stdout)
     assert (document["outcome"], document["simulated"], document["verdict"]) == ("signed", True, "accepted")
-    report = verify_here(read_certificate(certificate), VerifyOptions())
+    report = verifier(VerifyOptions())(read_certificate(certificate))
     assert (report.outcome, report.simulated) == (Validity.SIGNED, True)
 
 

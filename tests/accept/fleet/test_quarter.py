@@ -17,7 +17,7 @@ from accept.fleet.site.page_data import document
 from accept.fleet.trend import chart_panels, trends
 from accept.fleet.yields import panels, pareto, yields
 from accept.store import NewEvent, open_store
-from accept.store.payloads import GoldenMet
+from accept.store.payloads import Decision, GoldenMet, GoldenMissed, InstrumentChecked, NonconformanceDecided
 from checks.picture import Line, Mark
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
@@ -241,3 +241,43 @@ def test_units_are_recalled_since_the_golden_unit_was_right(tmp_path, monkeypatc
     assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-0", "APA-1"]
     for wrong in ((), ("--since", "2026-08-03", "--since-good")):
         assert "either --since YYYY-MM-DD or --since-good" in said(accept(*recall, *wrong))
+
+
+def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else():
+    """Alarms, golden units, decisions and recalls beside the judgements of these days."""
+    september = datetime.date(2026, 9, 1), datetime.date(2026, 9, 30)
+    checked = InstrumentChecked(
+        "lcr", "LCR-2", "2026-09-07T08:00:00+00:00", "capacitance standard", "C-7", "uF", 10.0, 0.02, 10.2, 0.05,
+        (10.2,), 3.7, False, {},
+    )  # fmt: skip
+    decided = NonconformanceDecided(("stroke: scratch",), Decision("use-as-is", "harmless"))
+    with open_store() as store:
+        whole = document(store, {})
+        first = store.write(checked, who="Ann")
+        store.write(decided, min(HELD), who="Grace")
+        store.write(GoldenMissed((GOLDEN,), {GOLDEN: ("stroke_um: 366.8",)}, store.bench), who="Ann")
+        month = document(store, {}, since=september[0], until=september[1])
+        today = datetime.date.fromisoformat(first.time[:10])
+        now = document(store, {}, since=datetime.date(2026, 7, 1), until=today)
+    days = {judged["at"][:7] for judged in month["judgements"]}
+    assert days == {"2026-09"}
+    assert len(month["judgements"]) == sum(judged["at"][:7] == "2026-09" for judged in whole["judgements"])
+    alarms = [row for row in month["happenings"] if row["kind"] == "alarm"]
+    assert alarms
+    assert {row["day"][:7] for row in month["happenings"]} == {"2026-09"}
+    assert {row["words"] for row in alarms} == {
+        alarm["words"] for groups in month["trends"].values() for alarm in groups["all"][0]["alarms"]
+    }
+    others = {row["kind"]: row for row in now["happenings"] if row["kind"] != "alarm" and row["day"] == str(today)}
+    assert others["recall"]["unit"] == "LCR-2"
+    assert "it was never right before" in others["recall"]["words"]
+    assert others["decision"]["words"].startswith("concession by nobody, without a signature: use as it is: harmless")
+    assert others["golden unit"]["words"] == "the bench was stopped: stroke_um: 366.8"
+
+
+def test_the_command_takes_a_month(tmp_path):
+    assert "judgements: open" in said(
+        accept("site", "--out", tmp_path / "page", "--since", "2026-09", "--until", "2026-09")
+    )
+    assert accept("site", "--out", tmp_path / "page", "--since", "September").exit_code == 6
+    assert accept("site", "--out", tmp_path / "page", "--since", "2031-01").exit_code == 6

@@ -1,7 +1,9 @@
 """Who acts: the name of somebody with a key at this bench asks for the key; every other name is stored and shown as
 typed."""
 
+import json
 from dataclasses import replace
+from datetime import UTC, date, datetime
 from functools import partial
 from pathlib import Path
 
@@ -10,10 +12,12 @@ from pypdf import PdfReader
 from typer.testing import Result
 
 from accept.base.home import home
-from accept.certificate.trust import encrypted_key, keys
+from accept.certificate.trust import encrypted_key, keys, spec_approval
 from accept.fleet import findings_file
+from accept.fleet.trend import stored_baselines
 from accept.store import NewEvent, open_store
-from accept.store.payloads import CertificateSigned, UnitJudged
+from accept.store.payloads import BaselineSet, CertificateSigned, SpecApproved, UnitJudged
+from specs.spec import load
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.units.units import GOOD, make_unit
 from tests.shared import command_line
@@ -175,17 +179,68 @@ def test_the_file_of_findings_learns_of_a_later_signature(monkeypatch: pytest.Mo
 @pytest.fixture
 def charted() -> None:
     with open_store() as store:
-        add(store, [judgement(f"A-{n}", {"stroke_um": 360.0 + 3.0 * (n % 5)}) for n in range(30)])
+        days = [date(2026, 3 + n // 20, 1 + n % 20) for n in range(30)]
+        values = [{"stroke_um": 360.0 + 3.0 * (n % 5)} for n in range(30)]
+        add(store, [judgement(f"A-{n}", values[n], day=day) for n, day in enumerate(days)])
 
 
-def test_a_baseline_goes_through_the_same_door(charted: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = ("trend", "stroke_um", "--baseline", "2020-01-01..2099-01-01", "--operator")
-    assert "Grace Hopper has a key" in accept(*words, "Grace Hopper", code=6).stderr
-    accept(*words, "Ann")
-    assert names_in_log()[-1] == "Ann (typed)"
+BASELINE = ("trend", "stroke_um", "--baseline", "2026-03-01..2026-03-20")
+
+
+def test_a_baseline_is_signed_by_quality_assurance(charted: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It decides what an alarm is; any name could be typed for it."""
+    assert "ACCEPT_QA_PASSPHRASE" in accept(*BASELINE, "--operator", "Ann", code=6).stderr
     monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", QAS)
-    accept(*words, "Grace Hopper", "--reason", "by quality assurance")
+    accept(*BASELINE, "--operator", "Ann")
     assert names_in_log()[-1] == "Grace Hopper"
+    assert "set and signed by Grace Hopper" in accept("trend", "stroke_um").stderr
+    with open_store() as store:
+        (event,) = store.events(what=BaselineSet.KIND)
+        signed = BaselineSet.of(event)
+        changed = replace(signed, sigma=99.0)
+        store.write(replace(signed, mean=0.0, signed=None), who="Ann")
+        store.write(changed, who="Grace Hopper")  # with the signature of another one
+        (counts,) = stored_baselines(store, "stroke_um", "all").values()
+    assert (counts.stated, counts.problem) == (signed, None)
+
+
+def test_a_bench_without_a_key_of_quality_assurance_says_that_nobody_signed_its_baseline(charted: None) -> None:
+    """As in stores of versions before, which signed none."""
+    for path in keys.person_files(home(), keys.QA):
+        path.unlink()
+    accept(*BASELINE, "--operator", "Ann")
+    assert names_in_log()[-1] == "Ann (typed)"
+    assert "set by Ann (typed), it is not signed by quality assurance" in accept("trend", "stroke_um").stderr
+
+
+def test_the_approval_of_a_spec_is_an_event_with_its_signature(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", QAS)
+    mine = tmp_path / "mine.toml"
+    accept("spec", "copy", "apa-basic", mine)
+    assert "not approved: quality assurance has not signed it" in accept("spec", "show", mine).stdout
+    accept("spec", "approve", mine)
+    assert names_in_log()[-1] == "Grace Hopper"
+    assert "mine: approved" in accept("store", "log", "--what", "spec_approved").stdout
+    with open_store() as store:
+        (event,) = store.events(what=SpecApproved.KIND)
+    spec = load(mine)
+    assert event.spec == f"mine@{spec.sha256}"
+    (kept,) = (home() / "approved-specs").iterdir()
+    assert SpecApproved.of(event).approval == json.loads(kept.read_text())
+    assert f"approved by Grace Hopper on {event.time[:10]}, event {event.seq}" in accept("spec", "show", mine).stdout
+
+
+def test_an_approval_of_an_earlier_program_holds_and_its_event_is_missed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", QAS)
+    mine = tmp_path / "mine.toml"
+    accept("spec", "copy", "apa-basic", mine)
+    spec, key = load(mine), keys.unlock(home(), keys.QA, QAS)
+    spec_approval.write(home(), spec_approval.approve(spec, key, datetime.now(UTC)))
+    said = accept("spec", "show", mine).stdout
+    assert "approved by Grace Hopper on " in said
+    assert "its event is not in the store: approve it again" in said
 
 
 def test_a_golden_unit_goes_through_the_same_door(charted: None) -> None:

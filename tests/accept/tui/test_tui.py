@@ -12,7 +12,7 @@ from textual.widgets import DataTable, Input, Label, Static
 
 from accept.base.home import home
 from accept.certificate.trust import key_changes, keys
-from accept.commands.trust.verify import VerifyOptions, verify_here
+from accept.commands.trust.verify import VerifyOptions, verifier
 from accept.store import Store, StoreError, open_store
 from accept.tui.screens.start import Given
 from accept.tui.widgets.banner import Banner
@@ -75,7 +75,7 @@ async def test_a_unit_from_start_to_countersigned_certificate_by_keys_alone():
         assert pilot.app.screen.query_one("#operator", Input).value == "Ann"
         assert pilot.app.done.verdicts == {"APA-02": "accepted"}
     content = (home() / "certificates" / "APA-02.pdf").read_bytes()
-    report = await asyncio.to_thread(verify_here, content, VerifyOptions())  # it runs an event loop of its own
+    report = await asyncio.to_thread(verifier(VerifyOptions()), content)  # it runs an event loop of its own
     assert report.valid
     assert report.countersigned
 
