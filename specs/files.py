@@ -8,6 +8,7 @@ import stat
 from pathlib import Path
 from typing import Any
 
+UNIT_FILE = "unit.toml"
 TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: people's files are far smaller
 CERTIFICATE_BYTES = 100_000_000  # with the files attached to it: 13 MB for a strut, 20 MB of records at most
 CHUNK_BYTES = 65536  # read at once

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import IO
 
 from specs.errors import AcceptError
+from specs.files import UNIT_FILE
 
 PART = ".part"  # how the name of a temporary file ends
 LEFTOVER_S = 3600.0  # writing one file takes seconds
-UNIT_FILE = "unit.toml"
 HEADS: Mapping[str, tuple[bytes, ...]] = {  # how the files begin that this program writes
     ".pdf": (b"%PDF",),
     ".json": (b"{", b"["),

@@ -13,7 +13,6 @@ from pathlib import Path
 from socket import gethostname
 from typing import Any, TypeVar
 
-from accept.base.atomic_files import UNIT_FILE as UNIT_FILE
 from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
@@ -26,6 +25,7 @@ from checks.errors import RecordError
 from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import ProblemsError
+from specs.files import UNIT_FILE as UNIT_FILE
 from specs.files import read_bounded, vet_regular
 from specs.strict import toml_of
 

@@ -10,7 +10,6 @@ from importlib import metadata
 from typing import Any
 
 from accept.base import version
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import MODEL_FOLDER, AttachedSpec, InputFile, JudgingProgram, Manifest, ModelFiles
 from accept.base.documents.results import UnitRecord
@@ -20,7 +19,7 @@ from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
 from specs.errors import AcceptError
-from specs.files import json_of
+from specs.files import UNIT_FILE, json_of
 from specs.strict import toml_of
 
 FORMAT = 2

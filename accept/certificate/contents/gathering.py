@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.manifest import hashes
 from accept.base.documents.results import UnitRecord
 from accept.certificate.contents.content import RESERVED, SIZE_LIMIT, CertificateContent, ContentError
 from accept.certificate.contents.provenance import Provenance
 from accept.models.evidence import evidence_of
-from specs.files import read_bounded
+from specs.files import UNIT_FILE, read_bounded
 from specs.spec import Spec
 
 _NOTHING: Mapping[str, bytes] = {}

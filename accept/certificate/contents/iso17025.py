@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from accept.base.atomic_files import UNIT_FILE
 from accept.certificate.contents.bench_laboratory import Laboratory
 from accept.certificate.contents.laboratory import LABORATORY_FILE, method_of
 from accept.units import UnitFolder
+from specs.files import UNIT_FILE
 from specs.spec import Spec
 
 OF_LABORATORY = {  # clause, what, key of laboratory.toml

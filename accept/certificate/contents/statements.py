@@ -15,7 +15,6 @@ from typing import Any
 from cryptography import x509
 from cryptography.x509.oid import NameOID
 
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.manifest import hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
@@ -33,6 +32,7 @@ from accept.pictures.labels import label_of
 from accept.store.payloads import without_hashes
 from checks.rounding import with_U
 from checks.verdict import UnitVerdict
+from specs.files import UNIT_FILE
 
 NOT_STATED = "not stated"
 SIGNIFICANT = 1.0  # of both U together: the two results disagree ([ISO13528] 9.7, E_n)

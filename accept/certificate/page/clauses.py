@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from accept import units
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.names import shown_name
 from accept.certificate.contents.content import CertificateContent
 from accept.judging import section_read_by
 from accept.pictures.labels import check_label, input_words, stated_inputs
 from checks.verdict import RULES
+from specs.files import UNIT_FILE
 from specs.strict import toml_of
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."

@@ -12,7 +12,6 @@ from pyhanko.pdf_utils.generic import ArrayObject
 from pyhanko.pdf_utils.reader import PdfFileReader
 
 from accept.base import version
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.manifest import hashes
 from accept.base.documents.results import UnitRecord
 from accept.base.plain_text import listed
@@ -26,6 +25,7 @@ from accept.pictures.labels import input_words
 from checks.acceptance import CHECKS
 from checks.picture import Panel
 from hw.records import declared_samples
+from specs.files import UNIT_FILE
 
 MOST_SAMPLES = 8_000_000  # of all attached records: an actuator or strut has 5e6; small files may expand to many more
 

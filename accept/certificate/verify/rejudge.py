@@ -10,7 +10,6 @@ from pathlib import Path, PurePosixPath
 from cryptography import x509
 
 from accept import units
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.documents.document import DocumentError
 from accept.base.documents.manifest import MODEL_FOLDER
 from accept.base.documents.results import UnitRecord
@@ -39,7 +38,7 @@ from accept.store import head_problem
 from accept.store.decisions import in_notes
 from accept.units import RESPONSES, UnitError
 from hw.records import DEFAULT_LIMITS
-from specs.files import CERTIFICATE_BYTES, read_bounded
+from specs.files import CERTIFICATE_BYTES, UNIT_FILE, read_bounded
 from specs.spec import parse
 from specs.strict import SpecError
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from accept.base import loading
-from accept.base.atomic_files import UNIT_FILE
 from accept.base.console import say
 from accept.base.exit_codes import Exit, of_verdicts
 from accept.commands.bench import web as browser
 from accept.commands.options import BenchPath, SpecName
 from accept.tui.app import BenchApp
 from accept.tui.screens.start import Given
+from specs.files import UNIT_FILE
 
 if TYPE_CHECKING:
     from accept.workflow.bench import Workbench
