@@ -90,6 +90,14 @@ class Working(Screen[T]):
         for length, steps in zip(app.size, (across, down), strict=True):
             self.add_class(*[name for least, name in steps or () if length >= least][-1:], update=False)
 
+    def _update_focus_styles(self, focused: Widget | None = None, blurred: Widget | None = None) -> None:
+        """Style anew what gains or loses the cursor. The library does so with all parts of a card, in which the cursor
+        goes from one line to the next."""
+        lines = [set() if line is None else set(line.ancestors_with_self) for line in (focused, blurred)]
+        changed = [each for each in lines[0] ^ lines[1] if each._has_focus_within]  # noqa: SLF001 - asks for such a style
+        nodes = {node for each in changed for node in each.walk_children(with_self=True)}
+        self.app.stylesheet.update_nodes(nodes, animate=True)
+
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""
         self._clock = self._clock or self.set_interval(0.5, self._tick)
