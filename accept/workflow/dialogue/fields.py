@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from accept.workflow.dialogue.step_effects import Place
+from accept.workflow.steps import section
 from accept.workflow.steps.plan import is_needed
-from checks.declare import CsvTable, Form, Input, Series, Vector
+from checks.declare import CsvTable, Form, Input, Series
 
 
 @dataclass(frozen=True)
@@ -54,11 +55,8 @@ class FieldPlace:
 def places(form: Form) -> Iterator[FieldPlace]:
     """Yield the places of a form, one per value that is typed or file that is linked."""
     alike = not any(map(is_needed, form.inputs))
-    for declared in form.inputs:
-        if isinstance(declared, Vector):
-            yield from (FieldPlace(declared, index) for index in range(declared.size))
-        else:
-            yield FieldPlace(declared, among_optional=alike)
+    for declared, index in section.places(form.inputs):
+        yield FieldPlace(declared, index, alike)
 
 
 @dataclass(frozen=True)

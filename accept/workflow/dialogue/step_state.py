@@ -13,7 +13,7 @@ from accept.workflow.dialogue.turn import FootWords
 from accept.workflow.entry.record_folder import PickableFile, Proposals, age_words
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep, has_files, is_needed, needs_rig
-from accept.workflow.steps.section import ready, records_awaited
+from accept.workflow.steps.section import is_given, ready, records_awaited
 from accept.workflow.steps.status import Status
 from accept.workflow.steps.unit_list import RIG, Queue
 from checks.acceptance import CHECKS
@@ -112,8 +112,8 @@ class StepDialogue:
 
     def has(self, n: int) -> bool:
         """Return whether a value or file of this line is saved."""
-        place, state = self.lines[n].place, self.facts.state
-        return state.link(place.key[0]) is not None if place.is_file else bool(state.readings(*place.key))
+        place = self.lines[n].place
+        return is_given(place.declared, place.index, self.facts.state)
 
     def file(self, n: int) -> PickableFile | None:
         """Return the record for an empty line, which may be damaged; None without one."""

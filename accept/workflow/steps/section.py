@@ -1,7 +1,7 @@
 """The section of `unit.toml` from the state of a step: one value from repeated readings, and the missing inputs."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
 from statistics import fmean, stdev
@@ -58,7 +58,8 @@ def section(step: WorkflowStep, state: StepState) -> dict[str, Any]:
 
 def missing(step: WorkflowStep, state: StepState) -> list[Input]:
     """Return the inputs of the step's form without which nothing can be judged."""
-    return [i for i in step.form(state.form).inputs if is_needed(i) and not _given(i, state)]
+    inputs = [i for i in step.form(state.form).inputs if is_needed(i)]
+    return [i for i in inputs if not all(is_given(*place, state) for place in places([i]))]
 
 
 def missing_labels(step: WorkflowStep, state: StepState) -> list[str]:
@@ -69,29 +70,20 @@ def missing_labels(step: WorkflowStep, state: StepState) -> list[str]:
 def _missing_label(declared: Input, state: StepState) -> str:
     if not isinstance(declared, Vector):
         return declared.label
-    places = [str(i + 1) for i in range(declared.size) if not state.readings(declared.name, i)]
+    places = [str(i + 1) for i in range(declared.size) if not is_given(declared, i, state)]
     return f"{declared.item}{'s' if len(places) > 1 else ''} {', '.join(places)}"
 
 
 def counted(form: Form, state: StepState) -> tuple[int, int]:
     """Return how many of the values and files that a form needs were given, and how many it needs; where none is needed
     more than the others, of all of them."""
-    given = wanted = 0
-    for declared in [i for i in form.inputs if is_needed(i)] or form.inputs:
-        places = range(declared.size) if isinstance(declared, Vector) else (None,)
-        wanted += len(places)
-        given += sum(
-            state.link(declared.name) is not None
-            if isinstance(declared, Series | CsvTable)
-            else bool(state.readings(declared.name, index))
-            for index in places
-        )
-    return given, wanted
+    wanted = list(places([i for i in form.inputs if is_needed(i)] or form.inputs))
+    return sum(is_given(*place, state) for place in wanted), len(wanted)
 
 
 def full(step: WorkflowStep, state: StepState) -> bool:
     """Return whether every input of the step's form was given, optional ones too."""
-    return all(_given(i, state) for i in step.form(state.form).inputs)
+    return all(is_given(*place, state) for place in places(step.form(state.form).inputs))
 
 
 def records_awaited(step: WorkflowStep, state: StepState) -> bool:
@@ -105,14 +97,18 @@ def ready(step: WorkflowStep, state: StepState) -> bool:
     return bool(state.entries) and not missing(step, state)
 
 
-def _given(declared: Input, state: StepState) -> bool:
-    match declared:
-        case Vector():
-            return all(state.readings(declared.name, i) for i in range(declared.size))
-        case Series() | CsvTable():
-            return state.link(declared.name) is not None
-        case _:
-            return bool(state.readings(declared.name))
+def places(inputs: Sequence[Input]) -> Iterator[tuple[Input, int | None]]:
+    """Yield where one value or file goes each: its input, and of a list of values its place in it."""
+    for declared in inputs:
+        for index in range(declared.size) if isinstance(declared, Vector) else (None,):
+            yield declared, index
+
+
+def is_given(declared: Input, index: int | None, state: StepState) -> bool:
+    """Return whether there is a value or file for such a place."""
+    if isinstance(declared, Series | CsvTable):
+        return state.link(declared.name) is not None
+    return bool(state.readings(declared.name, index))
 
 
 def _content(declared: Input, step: WorkflowStep, state: StepState) -> Any:
@@ -158,12 +154,8 @@ def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simul
 
 
 def _sources(step: WorkflowStep, state: StepState) -> list[str]:
-    places = [
-        (i.name, index)
-        for i in step.form(state.form).inputs
-        for index in (range(i.size) if isinstance(i, Vector) else [None])
-    ]
-    return list(dict.fromkeys(reading.source for place in places for reading in state.readings(*place)))
+    taken = (state.readings(i.name, index) for i, index in places(step.form(state.form).inputs))
+    return list(dict.fromkeys(reading.source for readings in taken for reading in readings))
 
 
 def value_words(name: str, index: int | None, value: float, unit: str) -> str:

@@ -7,7 +7,7 @@ from accept.base.documents.results import unit_word
 from accept.base.version import code_sha256
 from accept.store import Store
 from accept.store.payloads import AttemptStarted, RecordLinked, UnitJudged, ValueTaken
-from accept.workflow.state.unit_state import Attempt, fold_run
+from accept.workflow.state.unit_state import Attempt, StepState, fold_run
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
 from accept.workflow.steps.section import ready, value_words
 from accept.workflow.steps.status import UNFINISHED, Status, judgement_of, of_findings, open_steps, state_of, status_of
@@ -173,76 +173,66 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
     if attempt is None:
         return None
     begun = [event for event in events if event.what == AttemptStarted.KIND][-1]
-    states = attempt.steps.values()
-    entries = sorted((entry for state in states for entry in state.entries), key=lambda entry: entry.seq)
-    notes = sorted((note for state in states for note in state.notes), key=lambda note: note.seq)
+    entries = sorted((entry for state in attempt.steps.values() for entry in state.entries), key=lambda each: each.seq)
+    notes = sorted((note for state in attempt.steps.values() for note in state.notes), key=lambda note: note.seq)
     held: Sequence[str] = [note.text for note in notes if note.nonconformance]
     if attempt.judged is not None:  # it knows those of earlier attempts too
         stated = attempt.judged.result.nonconformances
         held = (held or stated) if stated else ()
-    spec = specs.get(attempt.kind)
-    steps = () if spec is None else steps_of(spec)
-    waiting = () if spec is None else _waiting(attempt, spec)
-    found = {} if spec is None else _findings(attempt, spec)
     times = {event.seq: event.time for event in events}
     verdicts = [event.time for event in events if event.what == UnitJudged.KIND]
-    return KnownUnit(
+    unit = KnownUnit(
         serial,
         attempt.kind,
         attempt.number,
         attempt.verdict,
-        len(attempt.signatures),
-        sum(1 for state in states if state.entries),
-        begun.who,
-        begun.time,
-        _entry_words(entries[-1]) if entries else "",
-        len(notes),
-        bool(held),
-        len(steps),
-        waiting,
-        events[-1].who,
-        events[-1].time,
-        tuple((*_mark(attempt, step, waiting, found[step.name]), step.short) for step in steps),
-        next((step.short for step in steps if step.name in waiting), ""),
-        tuple(finding for findings in found.values() for finding in findings),
-        notes[-1].text if notes else "",
-        held[0] if held else "",
-        entries[-1].who if entries else "",
-        times[entries[-1].seq] if entries else "",
-        times[entries[0].seq] if entries else "",
-        verdicts[-1] if verdicts and attempt.judged is not None else "",
+        signed=len(attempt.signatures),
+        taken=sum(1 for state in attempt.steps.values() if state.entries),
+        begun_by=begun.who,
+        begun=begun.time,
+        last_by=events[-1].who,
+        last_at=events[-1].time,
+        notes=len(notes),
+        note=notes[-1].text if notes else "",
+        held=bool(held),
+        held_by=held[0] if held else "",
+        judged=verdicts[-1] if verdicts and attempt.judged is not None else "",
+    )
+    if entries:
+        first, last = entries[0], entries[-1]
+        words, entered, measured = _entry_words(last), times[last.seq], times[first.seq]
+        unit = replace(unit, last=words, entered_by=last.who, entered=entered, measured=measured)
+    return unit if attempt.kind not in specs else _with_steps(unit, attempt, specs[attempt.kind])
+
+
+def _with_steps(unit: KnownUnit, attempt: Attempt, spec: Spec) -> KnownUnit:
+    """Return a unit with how far it has come in the steps of its spec, and with what was found there."""
+    steps, judged_by = steps_of(spec), (f"{spec.name}@{spec.sha256}", code_sha256())
+    states = {step.name: state_of(attempt, step) for step in steps}
+    waiting = [step.name for step in open_steps(steps, states, *judged_by)]
+    found = dict[str, Sequence[Finding]]()
+    for step in steps:  # of the unit's verdict where it has one, else of the step's own judgement if that still holds
+        own = judgement_of(states[step.name], *judged_by)
+        found[step.name] = () if own is None else own.findings
+        if attempt.judged is not None:
+            found[step.name] = [each for each in attempt.judged.result.findings if each.check == step.name]
+    stands_at = waiting[0] if attempt.undoable and waiting else ""
+    return replace(
+        unit,
+        steps=len(steps),
+        waiting=tuple(waiting),
+        at=next((step.short for step in steps if step.name in waiting), ""),
+        marks=tuple((*_mark(step, states[step.name], found[step.name], stands_at), step.short) for step in steps),
+        findings=tuple(finding for findings in found.values() for finding in findings),
     )
 
 
-def _waiting(attempt: Attempt, spec: Spec) -> tuple[str, ...]:
-    steps = steps_of(spec)
-    states = {step.name: state_of(attempt, step) for step in steps}
-    return tuple(step.name for step in open_steps(steps, states, f"{spec.name}@{spec.sha256}", code_sha256()))
-
-
-def _findings(attempt: Attempt, spec: Spec) -> dict[str, tuple[Finding, ...]]:
-    """Return step -> its findings: those of the unit's verdict where it has one, else of the step's own judgement if
-    that still holds."""
-    if attempt.judged is not None:
-        whole = attempt.judged.result.findings
-        return {step: tuple(finding for finding in whole if finding.check == step) for step in spec.checks}
-    found = {}
-    for step in steps_of(spec):
-        own = judgement_of(state_of(attempt, step), f"{spec.name}@{spec.sha256}", code_sha256())
-        found[step.name] = () if own is None else own.findings
-    return found
-
-
-def _mark(
-    attempt: Attempt, step: WorkflowStep, waiting: tuple[str, ...], found: tuple[Finding, ...]
-) -> tuple[str, str]:
+def _mark(step: WorkflowStep, state: StepState, found: Sequence[Finding], stands_at: str) -> tuple[str, str]:
     """Return mark and style of a step, as the list of steps has them, or that the unit stands there."""
-    state = state_of(attempt, step)
     status = of_findings(found) if found and ready(step, state) else status_of(step, state, None)
     if any(note.nonconformance for note in state.notes) and status in (*UNFINISHED, Status.PASS):
         status = Status.HELD
-    stands = attempt.undoable and (step.name,) == waiting[:1] and status is Status.NOT_DONE
-    return IN_HAND if stands else (status.mark, status.style)
+    return IN_HAND if step.name == stands_at and status is Status.NOT_DONE else (status.mark, status.style)
 
 
 def _entry_words(entry: ValueTaken | RecordLinked) -> str:
