@@ -23,12 +23,17 @@ _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 class OpensUnits(KnowsPassphrases, Protocol):
     """What a screen of one unit asks the application for: other units. queue: what is done at one after the other."""
 
+    bench: Workbench | None
+    session: Session | None
     queue: Queue | None
     shift: SigningShift
 
     async def next_unit(self, queue: Queue, words: str = "", goes_on: Queue | None = None) -> str:
         """Open the unit that waits behind this one, and go on with another queue from there; return why no other is
         open."""
+
+    async def go_to(self, serial: str, kind: str, queue: Queue | None) -> None:
+        """Leave this unit and open another one."""
 
     async def scanned(self, serial: str, queue: Queue | None) -> str:
         """Go to the unit of a serial; return why not."""

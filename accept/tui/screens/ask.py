@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, cast
+from typing import ClassVar, TypeVar, cast
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -20,6 +20,7 @@ from accept.workflow.entry.shift import NOT_TAKEN
 
 NUMBERS = "123456789"  # keys of a choice
 Check = Callable[[int, list[str]], str]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -41,13 +42,40 @@ def which_unit(doubt: str) -> "Question":
     return Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
 
 
-class Question(ModalScreen[list[str] | None]):
-    """Dismisses with what was typed, None after Escape."""
+class InFront(ModalScreen[T | None]):
+    """Asks below a title and words. Dismisses with the answer, None after Escape."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "leave", "Leave")]
+
+    def __init__(self, title: str, words: str | Text) -> None:
+        super().__init__()
+        self._title, self._words = title, words
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog") as dialog:
+            dialog.border_title = Content(self._title)
+            yield Label(self._words, classes="words", markup=False)
+            yield from self.asked()
+
+    def asked(self) -> ComposeResult:
+        """Return what is asked, below the words."""
+        raise NotImplementedError
+
+    def answer(self, answer: T | None) -> None:
+        """Answer once, also if the key comes twice."""
+        if self.is_current:
+            self.dismiss(answer)
+
+    def action_leave(self) -> None:
+        self.answer(None)
+
+
+class Question(InFront[list[str]]):
+    """Takes lines that are typed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         # Before the line itself gets it: what is typed behind Enter belongs to the next line.
         Binding("enter", "next", show=False, priority=True),
-        Binding("escape", "leave", "Leave"),
         Binding("up", "app.focus_previous", show=False),
     ]
 
@@ -57,20 +85,17 @@ class Question(ModalScreen[list[str] | None]):
         """Make the question. check: called at Enter, in a thread, with the place of the line and all lines; returns why
         the line cannot stay so, "" if it can. The question stays until nothing is wrong: at the last line every line is
         asked about, since the cursor may have come there without Enter."""
-        super().__init__()
-        self._title, self._words, self._lines, self._check = title, words, lines, check
+        super().__init__(title, words)
+        self._lines, self._check = lines, check
         self._checking = False
 
-    def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog") as dialog:
-            dialog.border_title = Content(self._title)
-            yield Label(self._words, classes="words", markup=False)
-            for line in self._lines:
-                yield Label(line.label, classes="asked", markup=False)
-                yield TextEntry(line.value, secret=line.secret)
-            yield Label("", id="wrong", classes="bad", markup=False)
-            way = "next field, then confirm" if len(self._lines) > 1 else "confirm"
-            yield Label(f"Enter: {way}    Esc: cancel", classes="quiet")
+    def asked(self) -> ComposeResult:
+        for line in self._lines:
+            yield Label(line.label, classes="asked", markup=False)
+            yield TextEntry(line.value, secret=line.secret)
+        yield Label("", id="wrong", classes="bad", markup=False)
+        way = "next field, then confirm" if len(self._lines) > 1 else "confirm"
+        yield Label(f"Enter: {way}    Esc: cancel", classes="quiet")
 
     async def action_next(self) -> None:
         fields = list(self.query(Input))
@@ -95,7 +120,7 @@ class Question(ModalScreen[list[str] | None]):
         if not wrong and at + 1 < len(fields):
             self.set_focus(fields[at + 1])
         elif not wrong:
-            self._leave([field.value for field in fields])
+            self.answer([field.value for field in fields])
 
     def _first_wrong(self, at: int, given: list[str]) -> tuple[int, str]:
         """Return the first line that cannot stay so and why, the present one and "" if all can. A passphrase is taken
@@ -113,37 +138,23 @@ class Question(ModalScreen[list[str] | None]):
         if not self._checking:
             self.query_one("#wrong", Label).update("")
 
-    def action_leave(self) -> None:
-        self._leave(None)
 
-    def _leave(self, answer: list[str] | None) -> None:
-        """Answer once, also if the key comes twice."""
-        if self.is_current:
-            self.dismiss(answer)
-
-
-class Choice(ModalScreen[int | None]):
-    """Dismisses with the place of what was chosen, None after Escape."""
+class Choice(InFront[int]):
+    """Takes the place of one of several options."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "leave", "Leave"),
         *(Binding(number, f"take({place})", show=False) for place, number in enumerate(NUMBERS)),
     ]
 
     def __init__(self, title: str, words: str, options: Sequence[str], leave: str = "cancel") -> None:
         """Make the question. leave: what Escape does."""
-        super().__init__()
-        self._title, self._words, self._options, self._leave = title, words, options, leave
+        super().__init__(title, words)
+        self._options, self._leave = options, leave
 
-    def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog") as dialog:
-            dialog.border_title = Content(self._title)
-            yield Label(self._words, classes="words", markup=False)
-            numbered = [
-                f"{n}  {words}" if n <= len(NUMBERS) else f"   {words}" for n, words in enumerate(self._options, 1)
-            ]
-            yield OptionList(*numbered, markup=False, id="choices")
-            yield Label(f"Enter or its number: choose    Esc: {self._leave}", classes="quiet")
+    def asked(self) -> ComposeResult:
+        numbered = [f"{n if n <= len(NUMBERS) else ' '}  {words}" for n, words in enumerate(self._options, 1)]
+        yield OptionList(*numbered, markup=False, id="choices")
+        yield Label(f"Enter or its number: choose    Esc: {self._leave}", classes="quiet")
 
     def on_mount(self) -> None:
         self.set_focus(self.query_one(OptionList))
@@ -152,12 +163,8 @@ class Choice(ModalScreen[int | None]):
         self.action_take(event.option_index)
 
     def action_take(self, place: int) -> None:
-        if self.is_current and place < len(self._options):
-            self.dismiss(place)
-
-    def action_leave(self) -> None:
-        if self.is_current:
-            self.dismiss(None)
+        if place < len(self._options):
+            self.answer(place)
 
 
 class Help(ModalScreen[bool]):

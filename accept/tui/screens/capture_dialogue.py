@@ -39,16 +39,12 @@ class CaptureLog:
             self._cue = words
         else:
             self._last.append(words)
-        return self.lines
+        return [*filter(None, (self._cue,)), *self._last]
 
     def answered(self) -> list[str]:
         """Return what is shown while a question is asked, which is what is to be done now."""
         self._cue = ""
-        return self.lines
-
-    @property
-    def lines(self) -> list[str]:
-        return [*([self._cue] if self._cue else []), *self._last]
+        return list(self._last)
 
 
 class CaptureDialogue:

@@ -26,7 +26,7 @@ from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import blocks, limit_bar, limits, numbers, usual_words
+from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
@@ -276,12 +276,12 @@ class Summary(Scanning):
         table.add_columns(*_COLUMNS[: 4 + worded])
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
-            bar = limit_bar(f.value, f.U, f.lower, f.upper, gauge, d.facts.usual.get(f.quantity))
+            bar = LimitBar(f.lower, f.upper, gauge, f.value).drawn(status.style, f.U, d.facts.usual.get(f.quantity))
             table.add_row(
                 Text(f" {status.mark} ", status.style),
                 f"{label}  ",
                 Text(f"{value}  ", "bold"),
-                Text(f"{bar}  ", status.style),
+                bar.append("  "),
                 *([Text(word, status.style)] if worded else []),
             )
         table.move_cursor(row=row)

@@ -12,15 +12,7 @@ from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.hanging import ROOM, Hanging
-from accept.tui.widgets.limit_bar import (
-    below_bar,
-    coloured,
-    limit_bar,
-    limits,
-    numbers,
-    spread_above,
-    usual_words,
-)
+from accept.tui.widgets.limit_bar import LimitBar, limits, numbers, usual_words
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.status import Status, of_findings
 from checks.cause import Cause
@@ -122,8 +114,8 @@ def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Te
     bounds = limits(f.lower, f.upper, f.unit)
     beside = room - 4 - len(bounds)
     width = min(_STRIP, beside) if beside >= _LEAST_STRIP else min(_STRIP, max(_LEAST_STRIP, room - 2))
-    drawn = limit_bar(f.value, f.U, f.lower, f.upper, width, usual)
-    text.append("  ").append_text(coloured(drawn, colour)).append("  " if beside >= _LEAST_STRIP else "\n  ")
+    drawn = LimitBar(f.lower, f.upper, width, f.value).drawn(colour, f.U, usual)
+    text.append("  ").append_text(drawn).append("  " if beside >= _LEAST_STRIP else "\n  ")
     text.append(f"{bounds}{usual_words(usual)}\n", "dim")
     if f.reason:
         text.append(f"  {pretty(f.reason)}\n", colour)
@@ -159,12 +151,12 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], room
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())
         usual = median(values) if values else None
-        above = spread_above(values, None, limit.lower, limit.upper, width)
-        drawn = limit_bar(None, None, limit.lower, limit.upper, width, usual)
+        bar = LimitBar(limit.lower, limit.upper, width)
         text.append(f"{label_of(name)}  {limits(limit.lower, limit.upper, limit.unit)}{usual_words(usual)}\n")
-        text.append(f"  {above}\n" if values else "", "dim")
-        text.append("  ").append_text(coloured(drawn, "cyan")).append("\n")
-        text.append(f"  {below_bar(None, limit.lower, limit.upper, width).rstrip()}\n", "dim")
+        above = [bar.spread_above(values)] if values else []
+        for row in (*above, bar.drawn("cyan", usual=usual), bar.numbers_below()):
+            row.rstrip()
+            text.append("  ").append_text(row).append("\n")
         text.append(f"  {limit.rule}; {pretty(limit.source)}\n\n", "dim")
     if not step.derived:
         text.append("Given as\n", "bold")

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
-from accept.tui.widgets.plan import bar_of
+from accept.tui.widgets.limit_bar import block
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
 
@@ -73,7 +73,7 @@ def hits_text(so_far: "HitsSoFar") -> Text:
     more = f"{so_far.more} to go" if so_far.more else "enough"
     text.append(f"  {so_far.good} good, {more}\n", "bold")
     for hit, force in zip(hits, forces, strict=True):
-        text.append(f"{bar_of(force, np.append(forces, 0.0))[0]} ", (_GOOD if hit.good else _BAD)[1])
+        text.append(f"{block(force, 0.0, forces.max())} ", (_GOOD if hit.good else _BAD)[1])
     if not hits:
         return text
     text.append(f"  force, {forces.min():.3g} to {forces.max():.3g} N\n", "dim")

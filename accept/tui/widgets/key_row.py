@@ -15,36 +15,29 @@ from textual.widgets import Static
 
 @dataclass(frozen=True)
 class ShownKey:
-    """One key as it is printed, with what it does. is_main: it is what is done next here."""
+    """One key as it is printed, with what it does. is_main: it is what is done next here; column: its first one."""
 
     key: str
     cap: str
     label: str
     enabled: bool = True
     is_main: bool = False
+    column: int = 0
 
     @property
     def words(self) -> str:
         chip = " " if self.is_main else ""
         return f"{chip}{self.cap} {self.label}{chip}"
 
+    @property
+    def end(self) -> int:
+        return self.column + len(self.words)
+
 
 PALETTE = ShownKey("ctrl+p", "^P", "Commands")
 AT_THE_RIGHT = ("f1", PALETTE.key, "ctrl+z")  # on every screen in the same place
 _BACK = "escape"  # the way back always has room
 _APART = 2  # columns between two keys
-
-
-@dataclass(frozen=True)
-class PlacedKey:
-    """A key and its first column."""
-
-    shown: ShownKey
-    column: int
-
-    @property
-    def end(self) -> int:
-        return self.column + len(self.shown.words)
 
 
 def one_of_each(screen: Screen[Any]) -> list[ActiveBinding]:
@@ -63,7 +56,7 @@ class KeyRow(Static):
     def __init__(self) -> None:
         super().__init__("", markup=False)
         self.keys: tuple[ShownKey, ...] = ()
-        self.placed: Sequence[PlacedKey] = ()
+        self.placed: Sequence[ShownKey] = ()
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, self.show)
@@ -93,9 +86,8 @@ class KeyRow(Static):
         key, chip = self._role("footer-key-foreground"), self._role("block-cursor-background")
         on_chip = self._role("block-cursor-foreground")
         text = Text(no_wrap=True)
-        for each in self.placed:
-            shown = each.shown
-            text.append(" " * (each.column - text.cell_len))
+        for shown in self.placed:
+            text.append(" " * (shown.column - text.cell_len))
             if shown.is_main:
                 text.append(shown.words, Style(color=on_chip, bgcolor=chip, bold=True))
             else:
@@ -110,10 +102,10 @@ class KeyRow(Static):
         """Press the key that was pointed at."""
         for each in self.placed:
             if each.column <= event.x < each.end:
-                self.app.post_message(Key(each.shown.key, None))
+                self.app.post_message(Key(each.key, None))
 
 
-def placed(keys: Sequence[ShownKey], width: int) -> Sequence[PlacedKey]:
+def placed(keys: Sequence[ShownKey], width: int) -> Sequence[ShownKey]:
     """Return where keys stand in so many columns: the main action first, those of every screen at the right. The last
     ones that have no room are left to the palette."""
     right = [each for each in keys if each.key in AT_THE_RIGHT and not each.is_main]
@@ -133,7 +125,7 @@ def _columns(keys: Sequence[ShownKey]) -> int:
     return sum(len(each.words) + _APART for each in keys) - _APART
 
 
-def _beside(keys: Sequence[ShownKey], column: int) -> Iterator[PlacedKey]:
+def _beside(keys: Sequence[ShownKey], column: int) -> Iterator[ShownKey]:
     for each in keys:
-        yield PlacedKey(each, column)
+        yield replace(each, column=column)
         column += len(each.words) + _APART

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from rich.text import Text
@@ -14,69 +15,75 @@ BLOCKS = "▁▂▃▄▅▆▇█"
 _MARGIN = 0.35  # of the zone's width, shown on either side of it
 
 
-def limit_bar(
-    value: float | None,
-    U: float | None,
-    lower: float | None,
-    upper: float | None,
-    width: int,
-    usual: float | None = None,
-) -> str:
-    """Draw in `width` characters: zone between the limits, the value in it, what U spans, and a tick at the usual value
-    unless the value hides it. A value beyond the ends stands at the end as an arrow. Without a value only the zone."""
-    lo, hi = _ends(value, lower, upper)
-    cells = [_zone(lo + (hi - lo) * (i + 0.5) / width, lower, upper) for i in range(width)]
+@dataclass(frozen=True)
+class LimitBar:
+    """One line of so many columns that spans the zone between the limits and a margin; with one limit, from zero or to
+    beyond the value. value: None shows the zone alone."""
 
-    def cell(x: float) -> int:
-        return math.floor(width * (x - lo) / (hi - lo))
+    lower: float | None
+    upper: float | None
+    width: int
+    value: float | None = None
 
-    for limit in (lower, upper):
-        if limit is not None:
-            cells[min(max(cell(limit), 0), width - 1)] = LIMIT
-    if value is not None and math.isfinite(value) and U is not None and math.isfinite(U):
-        for i in range(max(cell(value - U), 0), min(cell(value + U), width - 1) + 1):
-            cells[i] = SPREAD if cells[i] != LIMIT else LIMIT
-    if usual is not None and 0 <= cell(usual) < width and cells[cell(usual)] != LIMIT:
-        cells[cell(usual)] = USUAL
-    if value is not None and math.isfinite(value):
-        at = cell(value)
-        cells[min(max(at, 0), width - 1)] = VALUE if 0 <= at < width else ("◀" if at < 0 else "▶")
-    return "".join(cells)
+    def drawn(self, colour: str, U: float | None = None, usual: float | None = None) -> Text:
+        """Return the zone, the value in it, what U spans, and a tick at the usual value unless the value hides it; what
+        lies beyond the zone is dim. A value beyond the ends stands at the end as an arrow."""
+        lo, hi = self._ends
+        cells = [self._zone(lo + (hi - lo) * (i + 0.5) / self.width) for i in range(self.width)]
+        for limit in self._limits:
+            cells[min(max(self._place(limit), 0), self.width - 1)] = LIMIT
+        if self.value is not None and math.isfinite(self.value) and U is not None and math.isfinite(U):
+            for i in range(max(self._place(self.value - U), 0), min(self._place(self.value + U), self.width - 1) + 1):
+                cells[i] = SPREAD if cells[i] != LIMIT else LIMIT
+        if usual is not None and 0 <= (at := self._place(usual)) < self.width and cells[at] != LIMIT:
+            cells[at] = USUAL
+        if self.value is not None and math.isfinite(self.value):
+            at = self._place(self.value)
+            cells[min(max(at, 0), self.width - 1)] = VALUE if 0 <= at < self.width else ("◀" if at < 0 else "▶")
+        styles = {OUTSIDE: "dim", USUAL: "bold"}
+        runs = groupby(cells, key=lambda cell: styles.get(cell, colour))
+        return Text.assemble(*(("".join(run), style) for style, run in runs))
 
+    def numbers_below(self) -> Text:
+        """Return the numbers of the limits, each below its place."""
+        cells = [" "] * self.width
+        for limit in self._limits:
+            words = f"{limit:g}"
+            start = max(0, min(self._place(limit) - len(words) // 2, self.width - len(words)))
+            if not "".join(cells[max(0, start - 1) : start + len(words) + 1]).strip():
+                cells[start : start + len(words)] = words
+        return Text("".join(cells), "dim")
 
-def coloured(bar: str, colour: str) -> Text:
-    """Return a drawn bar in which the zone with its limits and the value has a colour, and all beyond it is dim."""
-    styles = {OUTSIDE: "dim", USUAL: "bold"}
-    runs = groupby(bar, key=lambda cell: styles.get(cell, colour))
-    return Text.assemble(*(("".join(cells), style) for style, cells in runs))
+    def spread_above(self, earlier: Sequence[float]) -> Text:
+        """Return how many earlier units lie above each place."""
+        counts = [0.0] * self.width
+        for each in earlier:
+            place = self._place(each) if math.isfinite(each) else -1
+            if 0 <= place < self.width:
+                counts[place] += 1
+        return Text(blocks(counts, self.width, empty=True), "dim")
 
+    @property
+    def _limits(self) -> list[float]:
+        return [limit for limit in (self.lower, self.upper) if limit is not None]
 
-def below_bar(value: float | None, lower: float | None, upper: float | None, width: int) -> str:
-    """Return the numbers of the limits, each below its place in a bar."""
-    lo, hi = _ends(value, lower, upper)
-    cells = [" "] * width
-    for limit in (lower, upper):
-        if limit is None:
-            continue
-        words = f"{limit:g}"
-        start = math.floor(width * (limit - lo) / (hi - lo)) - len(words) // 2
-        start = max(0, min(start, width - len(words)))
-        if not "".join(cells[max(0, start - 1) : start + len(words) + 1]).strip():
-            cells[start : start + len(words)] = words
-    return "".join(cells)
+    @property
+    def _ends(self) -> tuple[float, float]:
+        if self.lower is not None and self.upper is not None:
+            margin = _MARGIN * (self.upper - self.lower)
+            return self.lower - margin, self.upper + margin
+        reach = abs(self.value) if self.value is not None and math.isfinite(self.value) else 0.0
+        limit = next(iter(self._limits), 0.0)
+        far = max(abs(limit) * (1 + _MARGIN), 1.1 * min(reach, 3 * abs(limit)), 1e-12)
+        return (0.0, far) if limit >= 0 else (-far, 0.0)
 
+    def _place(self, x: float) -> int:
+        lo, hi = self._ends
+        return math.floor(self.width * (x - lo) / (hi - lo))
 
-def spread_above(
-    earlier: Sequence[float], value: float | None, lower: float | None, upper: float | None, width: int
-) -> str:
-    """Return how many earlier units lie above each place of a bar."""
-    lo, hi = _ends(value, lower, upper)
-    counts = [0] * width
-    for each in earlier:
-        place = math.floor(width * (each - lo) / (hi - lo)) if math.isfinite(each) else -1
-        if 0 <= place < width:
-            counts[place] += 1
-    return blocks([float(count) for count in counts], width, empty=True)
+    def _zone(self, x: float) -> str:
+        inside = (self.lower is None or self.lower <= x) and (self.upper is None or x <= self.upper)
+        return INSIDE if inside else OUTSIDE
 
 
 def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
@@ -88,24 +95,13 @@ def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
     edges = [round(n * len(known) / width) for n in range(width + 1)] if len(known) > width else []
     shown = [max(known[a:b]) for a, b in pairwise(edges)] or known
     lo, hi = (0.0 if empty else min(shown)), max(shown)
-    steps = [round((len(BLOCKS) - 1) * (v - lo) / (hi - lo)) if hi > lo else 0 for v in shown]
-    drawn = "".join(" " if empty and v == 0.0 else BLOCKS[n] for n, v in zip(steps, shown, strict=True))
-    return drawn.rjust(width)
+    return "".join(" " if empty and v == 0.0 else block(v, lo, hi) for v in shown).rjust(width)
 
 
-def _ends(value: float | None, lower: float | None, upper: float | None) -> tuple[float, float]:
-    """Return what the line spans: the zone and a margin; with one limit, from zero or to beyond the value."""
-    reach = abs(value) if value is not None and math.isfinite(value) else 0.0
-    if lower is not None and upper is not None:
-        margin = _MARGIN * (upper - lower)
-        return lower - margin, upper + margin
-    limit = upper if upper is not None else (lower or 0.0)
-    far = max(abs(limit) * (1 + _MARGIN), 1.1 * min(reach, 3 * abs(limit)), 1e-12)
-    return (0.0, far) if limit >= 0 else (-far, 0.0)
-
-
-def _zone(x: float, lower: float | None, upper: float | None) -> str:
-    return INSIDE if (lower is None or lower <= x) and (upper is None or x <= upper) else OUTSIDE
+def block(value: float, lo: float, hi: float) -> str:
+    """Return a bar of one cell: each height stands for an equal part of a range."""
+    part = int(len(BLOCKS) * (value - lo) / (hi - lo)) if hi > lo else 0
+    return BLOCKS[min(part, len(BLOCKS) - 1)]
 
 
 def numbers(value: float | None, U: float | None, unit: str) -> str:

@@ -18,15 +18,12 @@ from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import (
     USUAL,
     VALUE,
+    LimitBar,
     after_number,
     alike,
-    below_bar,
     blocks,
-    coloured,
-    limit_bar,
     limits,
     numbers,
-    spread_above,
     usual_words,
 )
 from accept.tui.widgets.step_list import WIDE_FROM
@@ -138,7 +135,7 @@ def gauge_text(
 ) -> Text:
     """Return a value in its limits in three rows, fewer of a stored one. fault: the last one, "" without; seen: the
     values of the last half minute; room: columns."""
-    text, limit, usual = Text(), about.limit, about.usual
+    text, limit = Text(), about.limit
     if about.name:
         text.append("now ", "dim").append("…" if value is None else _number(value, about.unit, seen), "bold")
         text.append(f"  on {about.name}\n", "dim")
@@ -146,9 +143,8 @@ def gauge_text(
         bounds = f"  {limits(limit.lower, limit.upper, limit.unit)}"
         beside = "" if _inside(value, limit) else "  outside"
         width = max(_LEAST_STRIP, min(_STRIP, room - len(bounds) - len("  outside")))
-        drawn = limit_bar(*_value_and_U(value), limit.lower, limit.upper, width, usual)
-        text.append_text(coloured(drawn, _colour(value, limit))).append(bounds, "dim").append(beside, "bold red")
-        more = usual_words(usual)
+        text.append_text(_drawn(about, value, width)[1]).append(bounds, "dim").append(beside, "bold red")
+        more = usual_words(about.usual)
         text.append(more if width + len(bounds) + len(beside) + len(more) <= room else "", "dim").append("\n")
     return text.append_text(_fault_line(value, fault, room)) if about.name else text
 
@@ -168,11 +164,7 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         text.append("\n")
     text.append(f"\nlast {_SHOWN_S} s  ", "dim").append(f"{blocks(seen, min(_SHOWN_S, width - 11))}\n", "cyan")
     if limit is not None:
-        at, U = _value_and_U(value)
-        text.append(spread_above(about.earlier, at, limit.lower, limit.upper, width) + "\n", "dim")
-        drawn = limit_bar(at, U, limit.lower, limit.upper, width, about.usual)
-        text.append_text(coloured(drawn, colour)).append("\n")
-        text.append(below_bar(at, limit.lower, limit.upper, width) + "\n", "dim")
+        text.append_text(Text("\n").join([*_drawn(about, value, width), Text()]))
         text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper, limit.unit)}")
         text.append(_earlier_words(about) + "\n", "dim")
     text.append(" F3 Take ", "reverse bold").append(
@@ -189,8 +181,11 @@ def _earlier_words(about: Followed) -> str:
     return f"   {USUAL} usual {about.usual:.3g}: the last {len(about.earlier)} units, {lo:.3g} to {hi:.3g}"
 
 
-def _value_and_U(value: Measured | None) -> tuple[float | None, float | None]:
-    return (None, None) if value is None else (value.value, value.U)
+def _drawn(about: Followed, value: Measured | None, width: int) -> tuple[Text, Text, Text]:
+    """Return the value inside its limits in three rows: the units before, the bar, the numbers of the limits."""
+    limit, (at, U) = about.limit, (None, None) if value is None else (value.value, value.U)
+    bar = LimitBar(*(None, None) if limit is None else (limit.lower, limit.upper), width, at)
+    return bar.spread_above(about.earlier), bar.drawn(_colour(value, limit), U, about.usual), bar.numbers_below()
 
 
 def _inside(value: Measured | None, limit: Limit) -> bool:

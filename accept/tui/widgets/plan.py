@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from accept.pictures.words import pretty
-from accept.tui.widgets.limit_bar import BLOCKS
+from accept.tui.widgets.limit_bar import BLOCKS, block
 from accept.tui.widgets.raster import Raster
 from checks.arrays import Array
 from checks.picture import Heights
@@ -46,9 +46,7 @@ def bar_of(z: float, among: Array) -> tuple[str, str]:
     known = among[np.isfinite(among)]
     if not math.isfinite(z):
         return _NONE, _QUIET
-    span = float(np.ptp(known))
-    at = 0.5 if span == 0.0 else (z - float(known.min())) / span
-    return BLOCKS[min(int(at * len(BLOCKS)), len(BLOCKS) - 1)], _HIGH if z >= 0 else _LOW
+    return block(z, float(known.min()), float(known.max())), _HIGH if z >= 0 else _LOW
 
 
 def height_words(z: Array) -> list[str]:

@@ -306,8 +306,7 @@ def _other_operator(d: StartDialogue) -> Turn:
 
 def _sign(d: StartDialogue) -> Turn:
     """Open the first unit that waits for a signature; the others follow it."""
-    queues = () if d.listed is None else d.listed.queues
-    place = next((n for n, queue in enumerate(queues) if queue.to_sign), None)
+    place = next((n for n, queue in enumerate(d.queues) if queue.to_sign), None)
     if place is None:
         return say(d, "No unit waits for a signature", "bad")
     return _enter(units.show_queue(replace(d, adds=False), place).state)

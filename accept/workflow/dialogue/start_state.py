@@ -1,6 +1,6 @@
 """The state of the first screen: who is at the bench, the serial that is scanned or typed, and the units there are."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -128,10 +128,14 @@ class StartDialogue:
         return f"serial '{self.value('serial')}': {self.bench.problem(self.value('serial'), kind)}"
 
     @property
+    def queues(self) -> "Sequence[Queue]":
+        return () if self.listed is None else self.listed.queues
+
+    @property
     def queue(self) -> "Queue | None":
         """Return the queue that is shown, all units if that one is gone; None before the units are there."""
-        queues = () if self.listed is None else self.listed.queues
-        return next((queue for queue in queues if (queue.name, queue.kind) == self.at), next(iter(queues), None))
+        shown = (queue for queue in self.queues if (queue.name, queue.kind) == self.at)
+        return next(shown, next(iter(self.queues), None))
 
     @property
     def units(self) -> "list[KnownUnit]":
@@ -207,11 +211,10 @@ class StartDialogue:
     @property
     def idle_keys(self) -> set[str]:
         """Return the keys that only say why they do nothing at present."""
-        queues = () if self.listed is None else self.listed.queues
         does = {
-            "tab": self.adds or self.begins or len(queues) > 1,
+            "tab": self.adds or self.begins or len(self.queues) > 1,
             "f8": self.meant is not None and not self.adds,
-            "ctrl+s": any(queue.to_sign for queue in queues),
+            "ctrl+s": any(queue.to_sign for queue in self.queues),
             "ctrl+o": self.cursor != "operator",
             "ctrl+z": self.here is not None,
         }

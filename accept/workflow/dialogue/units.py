@@ -59,9 +59,9 @@ def point(d: StartDialogue, row: int) -> Turn:
 
 def show_queue(d: StartDialogue, place: int) -> Turn:
     """Show another queue; the unit on top of it is the next."""
-    if d.listed is None or not 0 <= place < len(d.listed.queues):
+    if not 0 <= place < len(d.queues):
         return Turn(d)
-    shown = d.listed.queues[place]
+    shown = d.queues[place]
     d = replace(without_serial(d), at=(shown.name, shown.kind) if place else None)
     words = f"{shown.title}: Enter opens the marked one, then one unit after the other"
     return say(d, words if place else SCAN)
@@ -74,9 +74,9 @@ def turn(d: StartDialogue, way: int) -> Turn:
         kind = kinds[(kinds.index(d.value("kind")) + way) % len(kinds)]
         d = replace(d, texts={**d.texts, "kind": kind})
         return say(d, d.scan_words)
-    if d.listed is None or d.queue is None:
+    if d.queue is None:
         return Turn(d)
-    return show_queue(d, (d.listed.queues.index(d.queue) + way) % len(d.listed.queues))
+    return show_queue(d, (d.queues.index(d.queue) + way) % len(d.queues))
 
 
 def take_off(d: StartDialogue) -> Turn:

@@ -23,7 +23,7 @@ _ANSWERS = {True: ("●", "green"), False: ("●", "bold red"), None: ("○", "d
 def bench_line(bench: str, operator: str, answering: Mapping[str, bool | None], now: datetime, width: int) -> Text:
     """Return the head line: program, bench, operator and clock on the left, the instruments on the right, as many as
     have room. A full dot has answered when it was asked last, an empty one was not asked yet."""
-    left = Text.assemble((" ◆ accept", "bold yellow"))
+    left = Text.assemble((" ◆ accept", "bold yellow"), no_wrap=True, overflow="ellipsis")
     left.append(f"  bench {bench}" if bench else "", "default not bold")
     left.append(f"   {operator}" if operator else "", "bold default")
     left.append(f"   {now:%a %d %b %H:%M}", "dim not bold default")
@@ -33,9 +33,7 @@ def bench_line(bench: str, operator: str, answering: Mapping[str, bool | None], 
         if left.cell_len + right.cell_len + dot.cell_len + 2 <= width:
             right.append_text(dot)
     gap = width - left.cell_len - right.cell_len - 1
-    line = left.append(" " * max(gap, 0)).append_text(right)
-    line.no_wrap, line.overflow = True, "ellipsis"
-    return line
+    return left.append(" " * max(gap, 0)).append_text(right)
 
 
 def queue_row(queue: "Queue", most: int) -> Text:
@@ -52,10 +50,9 @@ def counts_line(overview: "Overview", shown: "Queue | None", width: int) -> Text
     place = next((n for n, queue in enumerate(overview.queues) if queue == shown), 0)
     words = [f"{queue.title} {len(queue.units)}" for queue in overview.queues]
     first = next((n for n in range(place) if len("  ".join(words[n : place + 1])) < width - 1), place)
-    line = Text(" ")
+    line = Text(" ", no_wrap=True, overflow="ellipsis")
     for n, each in enumerate(words[first:], first):
         line.append(each, "reverse bold" if n == place else "").append("  ")
-    line.no_wrap, line.overflow = True, "ellipsis"
     return line
 
 

@@ -13,7 +13,7 @@ from accept.pictures.labels import label_of
 from accept.pictures.words import pretty
 from accept.tui.widgets.card import entitle
 from accept.tui.widgets.hanging import Hanging
-from accept.tui.widgets.limit_bar import coloured, limit_bar, numbers
+from accept.tui.widgets.limit_bar import LimitBar, numbers
 
 if TYPE_CHECKING:
     from accept.pictures.signs import Sign
@@ -45,7 +45,8 @@ def when_words(time: str) -> str:
 
 
 class PointedTable(DataTable[Text]):
-    """A table whose rows are pointed at; keys belong to the line beside it."""
+    """A table whose rows are pointed at. Where keys belong to the line beside it, what a click means is for the screen
+    to say, which moves the cursor."""
 
     class Pointed(Message):
         """A row was clicked. twice: by two clicks."""
@@ -59,7 +60,8 @@ class PointedTable(DataTable[Text]):
         self.can_focus = False
 
     def on_click(self, event: Click) -> None:
-        if (row := event.style.meta.get("row", -1)) >= 0:
+        if not self.can_focus and (row := event.style.meta.get("row", -1)) >= 0:
+            event.prevent_default().stop()
             self.post_message(self.Pointed(self, row, event.chain > 1))
 
 
@@ -210,8 +212,8 @@ def finding_line(finding: "Finding", name: int, width: int) -> Text:
     text.append(f"{value[:_VALUE]:>{_VALUE}}", "bold")
     room = min(width - text.cell_len - 3, _BAR + max(width - 100, 0) // 2)
     if room >= 10 and (finding.lower, finding.upper) != (None, None):
-        bar = limit_bar(finding.value, finding.U, finding.lower, finding.upper, room)
-        text.append("   ").append_text(coloured(bar, sign.tone.style))
+        bar = LimitBar(finding.lower, finding.upper, room, finding.value)
+        text.append("   ").append_text(bar.drawn(sign.tone.style, finding.U))
     return text
 
 
