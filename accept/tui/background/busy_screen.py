@@ -91,12 +91,13 @@ class Working(Screen[T]):
             self.add_class(*[name for least, name in steps or () if length >= least][-1:], update=False)
 
     def _update_focus_styles(self, focused: Widget | None = None, blurred: Widget | None = None) -> None:
-        """Style anew what gains or loses the cursor. The library does so with all parts of a card, in which the cursor
-        goes from one line to the next."""
-        lines = [set() if line is None else set(line.ancestors_with_self) for line in (focused, blurred)]
-        changed = [each for each in lines[0] ^ lines[1] if each._has_focus_within]  # noqa: SLF001 - asks for such a style
-        nodes = {node for each in changed for node in each.walk_children(with_self=True)}
-        self.app.stylesheet.update_nodes(nodes, animate=True)
+        """Style anew what looks otherwise with the cursor in it, where that is gained or lost. The library does so with
+        all parts of a card in which the cursor stays."""
+        paths = [each.ancestors_with_self for each in (focused, blurred) if each is not None]
+        shared = set(paths[0]).intersection(*paths[1:]) if len(paths) > 1 else set()
+        tops = [top for path in paths for top in [each for each in path if each not in shared][-1:]]
+        nodes = {node for top in tops for node in top.walk_children(with_self=True)}
+        self.app.stylesheet.update_nodes([each for each in nodes if each._has_focus_within], animate=True)  # noqa: SLF001
 
     def send(self, action: Callable[[], Any], then: Then, doing: str = "", failed: Then | None = None) -> None:
         """Run `action` in a thread after those sent before, then `then` with its result here."""

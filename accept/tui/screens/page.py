@@ -15,7 +15,6 @@ from accept.tui.background.scanning import Scanning
 from accept.tui.screens.plots import Plots
 from accept.tui.widgets.bench.units_table import PointedTable
 from accept.tui.widgets.card import Card, entitle
-from accept.tui.widgets.findings import Findings
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
@@ -67,7 +66,7 @@ class Page(Scanning):
 
     def parts(self) -> ComposeResult:
         """Return what stands in the body."""
-        yield Findings(id="findings")
+        raise NotImplementedError
 
     def drawings(self) -> ComposeResult:
         """Return what stands beside the body before there is a plot."""

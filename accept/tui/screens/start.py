@@ -350,8 +350,7 @@ class StartScreen(Working[Begin | None]):
     async def on_input_changed(self) -> None:
         await self.answer(Turn)
 
-    async def on_chips_changed(self) -> None:
-        await self.answer(Turn)
+    on_chips_changed = on_input_changed
 
     def help_text(self) -> str:
         return (

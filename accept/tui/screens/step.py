@@ -103,7 +103,7 @@ class StepScreen(Page):
         yield self._gauge
 
     def parts(self) -> ComposeResult:
-        yield from super().parts()  # the result stands on top: it is seen without scrolling
+        yield Findings(id="findings")  # on top: it is seen without scrolling
         if not self.step.derived:
             yield Card(Vertical(id="fields"), title="Entries", id="entries")
         yield Hanging(id="notes", classes="card")
@@ -309,21 +309,16 @@ class StepScreen(Page):
 
     def _read_courses(self) -> None:
         """Read how the stored records run, beside everything else, each once."""
-        declared = (line.place.declared for line in self.dialogue.lines)
-        records = [each for each in declared if isinstance(each, Series)]
-        links = [(each, self.dialogue.facts.state.link(each.name)) for each in records]
-        unread = [(each, link.file) for each, link in links if link and link.file not in self._courses]
-        self._courses |= {file: () for _, file in unread}
+        for declared in (line.place.declared for line in self.dialogue.lines):
+            link = self.dialogue.facts.state.link(declared.name)
+            if isinstance(declared, Series) and link is not None and link.file not in self._courses:
+                self._courses[link.file] = ()
+                done = partial(self._show_course, link.file)
+                self.aside(partial(self.service.course, declared, link.file), done, f"course {link.file}")
 
-        def read() -> dict[str, Sequence[float]]:
-            return {file: self.service.course(each, file) for each, file in unread}
-
-        def done(courses: dict[str, Sequence[float]]) -> None:
-            self._courses |= courses
-            self._show_fields()
-
-        if unread:
-            self.aside(read, done, f"course {unread[0][1]}")
+    def _show_course(self, file: str, course: Sequence[float]) -> None:
+        self._courses[file] = course
+        self._show_fields()
 
     async def _lay_out(self) -> None:
         self._fields = ()
@@ -379,7 +374,8 @@ class StepScreen(Page):
             self._show_fields()
 
     async def on_descendant_focus(self) -> None:
-        await self.answer(dialogue.moved)
+        if self._edited().state.cursor != self.dialogue.cursor:  # not by its own doing, which was said and drawn
+            await self.answer(dialogue.moved)
         self._watch()
 
     def on_screen_resume(self) -> None:

@@ -25,6 +25,7 @@ from accept.tui.background.viewer import open_file, viewer
 from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
+from accept.tui.widgets.card import Card
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
@@ -85,24 +86,23 @@ class Summary(Scanning):
             yield Static("Evaluating …", id="verdict", markup=False)
         with Horizontal(id="whole"):
             with Vertical(id="judged"):
-                with Vertical(id="found", classes="card"):
+                with Card(title="Findings", id="found"):
                     yield DataTable(id="findings", cursor_type="row", cell_padding=0)
                     with VerticalScroll(id="why", can_focus=False):
                         yield Static("", id="detail", markup=False)
                 with VerticalScroll(id="noted", classes="card", can_focus=False):
                     yield Static("", id="typed", markup=False)
             with Vertical(id="signed"):
-                with Vertical(id="sign", classes="card"):
+                with Card(title="Sign", id="sign"):
                     yield Static("", id="who", markup=False)
-                with Vertical(id="paper", classes="card"):
+                with Card(title="Certificate", id="paper"):
                     yield Static("", id="ticks", markup=False)
                     yield Static("", id="certificate", markup=False)
         yield Label("", id="status")
         yield KeyRow()
 
     async def on_mount(self) -> None:
-        for part, title in (("found", "Findings"), ("noted", "Notes"), ("sign", "Sign"), ("paper", "Certificate")):
-            self.query_one(f"#{part}").border_title = title
+        self.query_one("#noted").border_title = "Notes"
         if self.alive:
             await self.follow(dialogue.opening(self.at_present().state.facts))
 
@@ -281,7 +281,7 @@ class Summary(Scanning):
                 Text(f" {status.mark} ", status.style),
                 f"{label}  ",
                 Text(f"{value}  ", "bold"),
-                bar.append("  "),
+                bar.append("  ", status.style),
                 *([Text(word, status.style)] if worded else []),
             )
         table.move_cursor(row=row)

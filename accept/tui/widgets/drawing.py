@@ -24,13 +24,10 @@ def drawing_text(d: StepDialogue) -> Text:
 
 
 def _states(d: StepDialogue) -> Text:
-    text, lines = Text(), d.lines
-    if len(lines) > _MOST:
-        lines = () if d.here is None else (d.here,)
-    for line in lines:
-        n = d.at(line.place.key)
-        here, taken = n == d.cursor, n is not None and d.has(n)
-        mark, style = ("▶", _NOW) if here else (SAVED, "green") if taken else ("·", "dim")
-        text.append(f"{mark} {line.place.name}\n", style)
+    text = Text()
+    for n, line in enumerate(d.lines):
+        mark, style = ("▶", _NOW) if n == d.cursor else (SAVED, "green") if d.has(n) else ("·", "dim")
+        if len(d.lines) <= _MOST or n == d.cursor:
+            text.append(f"{mark} {line.place.name}\n", style)
     text.rstrip()
     return text

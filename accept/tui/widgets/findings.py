@@ -156,7 +156,8 @@ def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], room
         above = [bar.spread_above(values)] if values else []
         for row in (*above, bar.drawn("cyan", usual=usual), bar.numbers_below()):
             row.rstrip()
-            text.append("  ").append_text(row).append("\n")
+            row.pad_left(2)
+            text.append_text(row).append("\n")
         text.append(f"  {limit.rule}; {pretty(limit.source)}\n\n", "dim")
     if not step.derived:
         text.append("Given as\n", "bold")

@@ -1,7 +1,7 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import zip_longest
 
 from rich.cells import cell_len
@@ -20,6 +20,7 @@ class Hung:
 
     def __init__(self, text: Text) -> None:
         self.text = text
+        self._folded: dict[int, list[Text]] = {}  # by columns: it is drawn to be compared, then to be shown
 
     @property
     def plain(self) -> str:
@@ -29,9 +30,14 @@ class Hung:
         return self.plain
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        if options.max_width not in self._folded:
+            self._folded[options.max_width] = list(self._fold(console, options.max_width))
+        yield from self._folded[options.max_width]
+
+    def _fold(self, console: Console, width: int) -> Iterator[Text]:
         for line in self.text.split("\n", allow_blank=True):
             indent = len(line.plain) - len(_INDENT.sub("", line.plain))
-            folded = line[indent:].wrap(console, max(1, options.max_width - indent)) or [Text()]
+            folded = line[indent:].wrap(console, max(1, width - indent)) or [Text()]
             for n, part in enumerate(folded):
                 yield (Text(" " * indent) if n else line[:indent]).append_text(part)
 

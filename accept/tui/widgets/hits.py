@@ -10,7 +10,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
-from accept.tui.widgets.limit_bar import block
+from accept.tui.widgets.card import Card
+from accept.tui.widgets.limit_bar import block, share_bar
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
 
@@ -34,12 +35,11 @@ class Hits(Horizontal):
             yield Static("", id="cue", markup=False)
             yield Static("", id="marks", markup=False)
         with Vertical(id="beside"):
-            with Vertical(id="where", classes="card"):
+            with Card(title="Where", id="where"):
                 yield Static(self._where, markup=False)
             yield PanelView(Panel("Response so far", "", "", ()))
 
     def on_mount(self) -> None:
-        self.query_one("#where").border_title = "Where"
         self.query_one(PanelView).display = False
 
     def show(self, place: str, so_far: "HitsSoFar") -> None:
@@ -82,10 +82,7 @@ def hits_text(so_far: "HitsSoFar") -> Text:
     told = "single hit" if last.good else f"{last.fault} ({last.detail})" if last.detail else str(last.fault)
     text.append(f"\nlast   {mark} {last.force_N:.3g} N  ", style).append(told, style)
     if math.isfinite(so_far.coherence):
-        filled = round(_COHERENCE_BAR * so_far.coherence)
-        text.append("\n\ncoherence  ", "dim").append("━" * filled, "green").append(
-            "━" * (_COHERENCE_BAR - filled), "dim"
-        )
+        text.append("\n\ncoherence  ", "dim").append_text(share_bar(so_far.coherence, _COHERENCE_BAR))
         text.append(f"  {so_far.coherence:.3f}", "bold")
     return text
 

@@ -99,9 +99,14 @@ def blocks(values: Sequence[float], width: int, *, empty: bool = False) -> str:
 
 
 def block(value: float, lo: float, hi: float) -> str:
-    """Return a bar of one cell: each height stands for an equal part of a range."""
-    part = int(len(BLOCKS) * (value - lo) / (hi - lo)) if hi > lo else 0
-    return BLOCKS[min(part, len(BLOCKS) - 1)]
+    """Return a bar of one cell: the lowest at one end of a range, the highest at the other alone."""
+    return BLOCKS[round((len(BLOCKS) - 1) * (value - lo) / (hi - lo))] if hi > lo else BLOCKS[0]
+
+
+def share_bar(share: float, width: int) -> Text:
+    """Return a bar that is filled as far as a share of the whole goes."""
+    filled = round(width * share)
+    return Text.assemble((INSIDE * filled, "green"), (OUTSIDE * (width - filled), "dim"))
 
 
 def numbers(value: float | None, U: float | None, unit: str) -> str:

@@ -9,8 +9,6 @@ from textwrap import wrap
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from textual.app import ComposeResult
-from textual.containers import Vertical
 from textual.widgets import Static
 
 from accept.pictures.scale import Scale, scales
@@ -335,26 +333,15 @@ class PanelPlot(Static):
             self.update(draw(self._panel, width, height, ground).text())
 
 
-class PanelView(Vertical):
-    """A card with a panel: its title stands in the border."""
-
-    DEFAULT_CSS = "PanelView { width: 1fr; height: 1fr; }"
+class PanelView(PanelPlot):
+    """A panel in a card: its title stands in the border."""
 
     def __init__(self, panel: Panel, *, titled: bool = True) -> None:
         """Make the card. titled: False if its title stands above already."""
-        super().__init__(classes="panel card")
-        self._panel, self._titled = panel, titled
+        super().__init__(panel)
+        self.add_class("panel", "card")
+        self._titled = titled
 
-    def compose(self) -> ComposeResult:
-        yield PanelPlot(self._panel)
-
-    def on_mount(self) -> None:
-        self.show(self._panel)
-
-    def show(self, panel: Panel) -> None:
-        """Show another panel in the place of this one."""
-        self._panel = panel
-        if self._titled:
-            self.border_title = pretty(panel.title).replace("[", r"\[")
-        for plot in self.query(PanelPlot):
-            plot.show(panel)
+    def _draw(self) -> None:
+        self.border_title = pretty(self._panel.title).replace("[", r"\[") if self._titled else None
+        super()._draw()

@@ -135,8 +135,7 @@ def _save(d: StepDialogue, n: int, entry: StoreEntry) -> Turn:
 def _take(d: StepDialogue, n: int, measured: Measured, repeat: bool, text: str, sure: bool) -> Turn:
     place = d.lines[n].place
     if not sure and (question := _doubt(d, n, measured.value)):
-        asked = _ask(d.with_line(n, repeats=repeat), n, text, question)
-        return replace(asked, effects=(Common.BELL, do.ReturnLater(place.key)))
+        return _ask(d.with_line(n, repeats=repeat), n, text, question, Common.BELL, do.ReturnLater(place.key))
     return _save(d, n, StoreEntry(place.key, place.declared, text, measured, repeat))
 
 
@@ -153,20 +152,19 @@ def _take_all(d: StepDialogue, n: int, values: Sequence[float], text: str, sure:
     mine = [k for k, line in enumerate(d.lines) if line.place.declared == d.lines[n].place.declared]
     unusual = next((q for k, value in zip(mine, values, strict=True) if (q := _doubt(d, k, value))), "")
     if unusual and not sure:
-        asked = _ask(d, mine[0], text, unusual)
-        later = do.ReturnLater(d.lines[mine[0]].place.key)
-        return replace(asked, effects=(later,), words=FootWords(f"{unusual}. ^K or F9: keep all", "doubt"))
+        asked = _ask(d, mine[0], text, unusual, do.ReturnLater(d.lines[mine[0]].place.key))
+        return replace(asked, words=FootWords(f"{unusual}. ^K or F9: keep all", "doubt"))
     taken = Turn(d)
     for k, value in zip(mine, values, strict=True):
         taken = taken.then(_take, k, Measured(value), False, f"{value:.9g} {d.lines[k].place.unit}", True)
     return taken
 
 
-def _ask(d: StepDialogue, n: int, text: str, question: str) -> Turn:
+def _ask(d: StepDialogue, n: int, text: str, question: str, *effects: object) -> Turn:
     """Ask about an entry, below its line and at the foot."""
     line = d.lines[n]
     d = replace(d.with_line(n, text=line.text or text, doubted=text, question=question, refusal=""), asked=n)
-    return _say(d, f"{line.place.name}: {question}. ^K or F9: keep it, or type another", "doubt")
+    return _say(d, f"{line.place.name}: {question}. ^K or F9: keep it, or type another", "doubt", *effects)
 
 
 def _keep_or_sum_up(d: StepDialogue) -> Turn:

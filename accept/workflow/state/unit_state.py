@@ -161,12 +161,8 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
             return _entered(attempt, event, payload)
         case RecordRefused(step, input=name) as refused:  # nothing that is judged has changed
             state = attempt.step(step)
-            state = replace(
-                state,
-                refused={**state.refused, name: refused},
-                unusable={**state.unusable, refused.origin: refused.written},
-            )
-            return replace(attempt, steps={**attempt.steps, step: state})
+            unusable = {**state.unusable, refused.origin: refused.written}
+            return _with_state(attempt, step, refused={**state.refused, name: refused}, unusable=unusable)
         case StepNoted(step, text, nonconformance) as noted:
             line = "" if noted.internal else noted.line(event.who)
             pictures = tuple(file.printed for file in noted.files if file.printed and line)
@@ -182,9 +178,9 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
         case GapExplained(upto, gap):
             return _unjudged(replace(attempt, gap=(upto, gap)))
         case StepJudged() as judged:
-            state = attempt.step(judged.step)
-            known = {**state.judgements, judged.upto: replace(judged, spec=event.spec, code=event.code)}
-            return replace(attempt, steps={**attempt.steps, judged.step: replace(state, judgements=known)})
+            own = replace(judged, spec=event.spec, code=event.code)
+            known = {**attempt.step(judged.step).judgements, judged.upto: own}
+            return _with_state(attempt, judged.step, judgements=known)
         case UnitJudged() as judged if Path(judged.path).parts[-2:] == (serial, attempt_folder(attempt.number)):
             return _judged(attempt, judged)  # of this attempt's folder: a batch may judge another of the same serial
         case CertificateSigned(path, _, role) if attempt.verdict is not None:
@@ -203,8 +199,11 @@ def _entered(attempt: Attempt, event: Event, taken: ValueTaken | RecordLinked) -
 
 def _with_step(attempt: Attempt, event: Event, step: str, **changes: Any) -> Attempt:
     """Return the attempt with one step changed by an event that can be undone."""
-    steps = {**attempt.steps, step: replace(attempt.step(step), **changes)}
-    return _unjudged(replace(attempt, steps=steps, undoable=(*attempt.undoable, event.seq)))
+    return _unjudged(replace(_with_state(attempt, step, **changes), undoable=(*attempt.undoable, event.seq)))
+
+
+def _with_state(attempt: Attempt, step: str, **changes: Any) -> Attempt:
+    return replace(attempt, steps={**attempt.steps, step: replace(attempt.step(step), **changes)})
 
 
 def _unjudged(attempt: Attempt) -> Attempt:

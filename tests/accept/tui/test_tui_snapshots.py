@@ -25,6 +25,7 @@ from accept.tui.widgets.bench import units_table
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.effects import serve_begin
+from accept.workflow.instruments import port
 from accept.workflow.session import Session, panel_cache
 from accept.workflow.steps.overview import Drift, Week
 from checks.picture import Image, Line, Mark, Panel
@@ -58,6 +59,7 @@ METER = Only("capacitance", Fake([4.95e-6]))
 
 @pytest.fixture(autouse=True)
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(port, "EVERY_S", 600.0)  # one look at an instrument: a picture shows how many there were
     """A folder with a good record, one of noise, and one that is none."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(start, "now", lambda: NOW)

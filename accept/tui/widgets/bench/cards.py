@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from accept.pictures.labels import label_of
-from accept.tui.widgets.limit_bar import INSIDE, OUTSIDE, blocks
+from accept.tui.widgets.limit_bar import blocks, share_bar
 
 if TYPE_CHECKING:
     from accept.workflow.steps.overview import Drift, Overview, Week
@@ -60,8 +60,7 @@ def week_text(week: "Week") -> Text:
     """Return what became of the units that were begun in this week; what nothing is known of is left out."""
     if not week.begun:
         return Text("Nothing begun this week yet.\nScan a serial to begin.", "dim")
-    done = round(WIDTH * week.judged / week.begun)
-    text = Text.assemble((INSIDE * done, "green"), (OUTSIDE * (WIDTH - done), "dim"), "\n")
+    text = share_bar(week.judged / week.begun, WIDTH).append("\n")
     others = week.begun - week.accepted - week.rejected - week.held
     counts = (("accepted", week.accepted, "green"), ("rejected", week.rejected, "bold red"))
     for name, count, style in (*counts, ("held", week.held, "bold yellow"), ("open", others, "dim")):

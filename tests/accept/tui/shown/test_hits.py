@@ -47,7 +47,7 @@ def test_a_hit_that_is_set_aside_says_why() -> None:
 def test_bars_are_as_high_as_the_forces() -> None:
     forces = [Impact(0, 0, 0, force) for force in (10.0, 50.0, 100.0)]
     bars = hits_text(HitsSoFar(tuple(forces), False, 3, NAN)).plain.split("\n")[2]
-    assert [bars[2 * n] for n in range(3)] == ["▁", "▅", "█"]
+    assert [bars[2 * n] for n in range(3)] == ["▂", "▅", "█"]
 
 
 def test_the_cue_is_what_is_to_be_done_at_this_moment() -> None:
