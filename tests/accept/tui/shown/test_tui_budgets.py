@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from textual._compositor import CompositorUpdate
 from textual.binding import Binding
+from textual.css.stylesheet import Stylesheet
+from textual.dom import DOMNode
 from textual.pilot import Pilot
 from textual.screen import Screen
+from textual.widgets import Label
 
 from accept.tui.app import BenchApp
 from accept.tui.background.busy_screen import Working
@@ -143,3 +146,23 @@ async def test_of_several_keys_for_an_action_the_foot_shows_one() -> None:
         assert labels.count("Next plot") == labels.count("Previous plot") == labels.count("Back") == 1
         await press(pilot, "space")  # the others still act
         assert "two" in words(pilot, ".title")
+
+
+async def test_an_arrow_from_line_to_line_styles_what_it_lights_and_no_whole_card(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    styled: list[DOMNode] = []
+    own = Stylesheet.apply
+
+    def apply(sheet: Stylesheet, node: DOMNode, **more: Any) -> None:
+        styled.append(node)
+        own(sheet, node, **more)
+
+    async with running(size=SIZE) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter", "down")
+        monkeypatch.setattr(Stylesheet, "apply", apply)
+        await press(pilot, "down")
+        lit = [str(each.content) for each in pilot.app.screen.query(".label").results(Label) if each.styles.text_style]
+    assert len(lit) == 1  # the one line with the cursor
+    assert len(styled) <= 70  # 225 where the whole card is styled
