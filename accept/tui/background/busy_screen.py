@@ -91,8 +91,8 @@ class Working(Screen[T]):
             self.add_class(*[name for least, name in steps or () if length >= least][-1:], update=False)
 
     def _update_focus_styles(self, focused: Widget | None = None, blurred: Widget | None = None) -> None:
-        """Style anew what looks otherwise with the cursor in it, where that is gained or lost. The library does so with
-        all parts of a card in which the cursor stays."""
+        """Update the styles that depend on the focus, of the parts that gain or lose it. The library updates all parts
+        of a card in which the focus stays."""
         paths = [each.ancestors_with_self for each in (focused, blurred) if each is not None]
         shared = set(paths[0]).intersection(*paths[1:]) if len(paths) > 1 else set()
         tops = [top for path in paths for top in [each for each in path if each not in shared][-1:]]

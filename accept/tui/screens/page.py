@@ -13,12 +13,11 @@ from textual.widgets import Label, Static
 
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.plots import Plots
-from accept.tui.widgets.bench.units_table import PointedTable
 from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.pictures import Pictures
-from accept.tui.widgets.step_list import GAP, WIDE_FROM, StepList, UnitBar, what_to_do
+from accept.tui.widgets.step_list import WIDE_FROM, StepList, UnitBar, what_to_do
 from accept.workflow.bench import Workbench
 from accept.workflow.session import Session
 
@@ -85,11 +84,10 @@ class Page(Scanning):
             rail.stand_at(self._row)
         self.refresh_bindings()
 
-    async def on_pointed_table_pointed(self, event: PointedTable.Pointed) -> None:
+    async def on_step_list_wanted(self, event: StepList.Wanted) -> None:
         """Go to a step that was pointed at."""
-        name = [*(step.name for step in self.session.steps), GAP][event.row]
-        if name != self._row:
-            await self.bench_app.go_to_step(name)
+        if event.name != self._row:
+            await self.bench_app.go_to_step(event.name)
 
     def on_resize(self, event: Resize) -> None:
         self.set_class(event.size.width < _SLIM, "-slim")

@@ -4,13 +4,15 @@ import re
 from collections.abc import Sequence
 
 from rich.text import Text
-from textual.widgets import Static
+from textual.coordinate import Coordinate
+from textual.events import Click
+from textual.message import Message
+from textual.widgets import DataTable, Static
 
 from accept.pictures import signs
 from accept.pictures.labels import check_label
 from accept.pictures.words import pretty
 from accept.store.payloads import without_hashes
-from accept.tui.widgets.bench.units_table import PointedTable
 from accept.tui.widgets.card import entitle
 from accept.tui.widgets.limit_bar import after_number
 from accept.workflow.session import Session
@@ -29,15 +31,28 @@ _SENTENCE = re.compile(r"(?<=[.!]) (?=[A-Z])")
 _MARK, _TITLE, _ROOM = 2, 16, 22  # columns of the list: mark, title alone, title with what was found
 
 
-class StepList(PointedTable):
+class StepList(DataTable[Text]):
     """A row per step: mark, short title and, on a wide terminal, what it showed. live: whether keys move in it; beside
     a step that is open a small terminal has room for the marks."""
 
     def __init__(self, session: Session, *, live: bool) -> None:
-        super().__init__(id="steps", show_header=False)
-        self.add_class("card")
+        super().__init__(id="steps", cursor_type="row", show_header=False, cell_padding=0, classes="card")
         self._session, self._live = session, live
         self.can_focus = live
+
+    class Wanted(Message):
+        """A step was pointed at."""
+
+        def __init__(self, name: str) -> None:
+            super().__init__()
+            self.name = name
+
+    def on_click(self, event: Click) -> None:
+        """Ask for a step beside which another one is open."""
+        row = event.style.meta.get("row", -1)
+        if not self._live and 0 <= row < self.row_count:
+            event.prevent_default().stop()
+            self.post_message(self.Wanted(str(self.coordinate_to_cell_key(Coordinate(row, 0)).row_key.value)))
 
     def on_mount(self) -> None:
         self.add_column("", key="mark", width=_MARK)

@@ -45,8 +45,7 @@ def when_words(time: str) -> str:
 
 
 class PointedTable(DataTable[Text]):
-    """A table whose rows are pointed at. Where keys belong to the line beside it, what a click means is for the screen
-    to say, which moves the cursor."""
+    """A table whose rows are pointed at; keys belong to the line beside it."""
 
     class Pointed(Message):
         """A row was clicked. twice: by two clicks."""
@@ -60,8 +59,7 @@ class PointedTable(DataTable[Text]):
         self.can_focus = False
 
     def on_click(self, event: Click) -> None:
-        if not self.can_focus and (row := event.style.meta.get("row", -1)) >= 0:
-            event.prevent_default().stop()
+        if (row := event.style.meta.get("row", -1)) >= 0:
             self.post_message(self.Pointed(self, row, event.chain > 1))
 
 
