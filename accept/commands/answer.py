@@ -73,15 +73,12 @@ def table(titles: Iterable[str | Column], rows: Iterable[Iterable[str | Text]], 
     return made
 
 
-def first_of(names: Sequence[str], most: int = 10) -> str:
-    """Return names in one line: the first of them, and how many more there are."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
-def csv_of(frame: "pd.DataFrame") -> bytes:
-    """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted."""
+def csv_of(rows: "pd.DataFrame | Sequence[Mapping[str, object]]", columns: Sequence[str] | None = None) -> bytes:
+    """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted. columns: all, if there may be
+    no row."""
     import pandas as pd  # loaded where a table is written
 
+    frame = pd.DataFrame(rows, columns=columns)
     texts = frame.select_dtypes(include=["object", "string", "category"]).columns
     quoted = {
         name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts

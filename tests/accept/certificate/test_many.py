@@ -171,6 +171,16 @@ def test_what_was_taken_out_of_a_package_or_changed_is_named(package: Path) -> N
     assert (done.exit_code, f"summary.csv: {GONE}" in done.output) == (3, True)
 
 
+def test_a_folder_does_not_make_a_certificate_one_that_was_replaced(package: Path) -> None:
+    old, moved = package / "certificates" / "B.pdf", package / "superseded" / "B-1.pdf"
+    old.rename(moved)
+    stated = (package / "evidence.json").read_text()
+    (package / "evidence.json").write_text(stated.replace("certificates/B.pdf", "superseded/B-1.pdf"))
+    done = accept("verify", package)
+    assert done.exit_code == 0, done.output
+    assert done.output.count("replaced since") == 1  # that of A, as the list says
+
+
 def test_a_bench_with_keys_trusts_its_own_authority_and_not_the_one_of_a_package(
     package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
