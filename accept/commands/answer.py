@@ -33,6 +33,7 @@ P = ParamSpec("P")
 Content = bytes | Document | Mapping[str, Any] | Sequence[Any]
 STDOUT = Path("-")
 PLAIN: Mapping[str, Any] = {"box": box.SIMPLE_HEAD, "padding": 0, "pad_edge": False}  # a table without lines
+SPACED: Mapping[str, Any] = {**PLAIN, "padding": (0, 1, 0, 0)}  # with a space behind each column
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 ENDINGS = {"json": ".json", "csv": ".csv", "mat": ".mat", "uff": ".uff", "html": ".html", "plot": ""}  # of outputs
 

@@ -5,14 +5,13 @@ from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
-from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 from rich.text import Text
 
 from accept.base.console import stdout
 from accept.base.names import shown_name
 from accept.base.plain_text import listed
-from accept.commands.answer import File, Remark, csv_of, table
+from accept.commands.answer import SPACED, File, Remark, csv_of, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
@@ -94,7 +93,7 @@ def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingPr
         [Text(_label_words(n, _cell_text(v, formats.get(n)))) for n, v in zip(names, row, strict=True)]
         for row in frame.itertuples(index=False)
     )
-    return table(map(_column, names), shown, title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    return table(map(_column, names), shown, title=title, **SPACED)
 
 
 def _column(name: str) -> Column:

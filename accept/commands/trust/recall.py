@@ -41,14 +41,8 @@ def run(
     golden = [touch.unit for touch in within if touch.unit in named and touch.how.startswith("judged")]
     units = sorted({touch.unit for touch in touches})
     listed = [TouchListed(touch.unit, touch.time, touch.how, touch.seq) for touch in touches]
-    recalled = Recall(
-        instrument,
-        first_day.isoformat(),
-        bool(ever),
-        tuple(units),
-        tuple(listed),
-        last_day.isoformat() if until else None,
-    )
+    end = last_day.isoformat() if until else None
+    recalled = Recall(instrument, first_day.isoformat(), bool(ever), tuple(units), tuple(listed), end)
     rows = [(touch.unit, touch.time[:19], touch.how, str(touch.seq)) for touch in touches]
     head = Remark(not_counted(len(golden), golden)), File(json, recalled), File(csv, lambda: csv_of(rows, COLUMNS))
     if not ever:

@@ -194,21 +194,18 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
 def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
     if report.outcome is Validity.NOT_VALID:
         return []
-    missing = []
-    if "accepted" in require and report.verdict != "accepted":
-        missing.append(f"the unit is {report.verdict}, not accepted")
-    if "accepted" in require and report.simulated:
-        missing.append("the unit was simulated, so no real one is accepted")
-    if "countersigned" in require and not report.countersigned:
-        missing.append("it is not countersigned")
-    if "approved" in require and not report.approved:
-        missing.append("its spec is not approved by quality assurance")
-    if "current" in require and not report.current:
-        unknown = "neither a store nor a list was asked for later attempts"
-        missing.append(unknown if report.current is None else "a later attempt is known")
-    wanted = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
-    if any(serial != report.serial for serial in wanted):
-        missing.append(f"it is of {report.serial}, not of {', '.join(wanted)}")
+    serials = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
+    unmet = (
+        ("accepted", report.verdict != "accepted", f"the unit is {report.verdict}, not accepted"),
+        ("accepted", report.simulated, "the unit was simulated, so no real one is accepted"),
+        ("countersigned", not report.countersigned, "it is not countersigned"),
+        ("approved", not report.approved, "its spec is not approved by quality assurance"),
+        ("current", report.current is None, "neither a store nor a list was asked for later attempts"),
+        ("current", report.current is False, "a later attempt is known"),
+    )
+    missing = [words for what, is_unmet, words in unmet if is_unmet and what in require]
+    if any(serial != report.serial for serial in serials):
+        missing.append(f"it is of {report.serial}, not of {', '.join(serials)}")
     if spec_sha256 is not None and report.spec_sha256 != spec_sha256:
         missing.append(f"it was judged by spec {report.spec_sha256[:12]}, not {spec_sha256[:12]}")
     return missing
