@@ -74,7 +74,7 @@ def table(titles: Iterable[str | Column], rows: Iterable[Iterable[str | Text]], 
     return made
 
 
-def csv_of(rows: "pd.DataFrame | Sequence[Mapping[str, object]]", columns: Sequence[str] | None = None) -> bytes:
+def csv_of(rows: "pd.DataFrame | Sequence[Any]", columns: list[str] | None = None) -> bytes:
     """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted. columns: all, if there may be
     no row."""
     import pandas as pd  # loaded where a table is written

@@ -13,7 +13,7 @@ from accept.fleet import goldens, not_counted
 from accept.store import Store, StoreError, open_store, touched
 from accept.store.payloads import GoldenMet, payload_of
 
-COLUMNS = ("unit", "time", "what", "event")
+COLUMNS = ["unit", "time", "what", "event"]
 TITLES = ("unit", "when (UTC)", "what", "event")
 
 

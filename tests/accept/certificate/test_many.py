@@ -202,3 +202,13 @@ def test_what_a_package_lacks_is_said_when_it_is_made(place: Path, tmp_path: Pat
     checked = accept("verify", tmp_path / "evidence")
     assert (checked.exit_code, "Z: this bench's store knows no judgement of it" in checked.output) == (4, True)
     assert accept("evidence", tmp_path / "evidence").exit_code == 6  # nothing is written over
+
+
+def test_a_certificate_that_was_set_aside_is_found_whatever_its_name(place: Path, tmp_path: Path) -> None:
+    unit, named = place.parent / "units" / "A" / "unit.toml", place / "A [1].pdf"
+    for reading in ("5.11", "5.12"):
+        unit.write_text(unit.read_text().replace("5.10", reading).replace("5.11", reading))
+        done = accept("report", unit.parent, "--out", named, *SIGNED[1:], "--reason", "a digit was exchanged")
+        assert done.exit_code == 0, done.output
+    done = accept("evidence", tmp_path / "evidence", "--units", "A")
+    assert done.exit_code == 0, done.output
