@@ -210,5 +210,6 @@ def test_a_certificate_that_was_set_aside_is_found_whatever_its_name(place: Path
         unit.write_text(unit.read_text().replace("5.10", reading).replace("5.11", reading))
         done = accept("report", unit.parent, "--out", named, *SIGNED[1:], "--reason", "a digit was exchanged")
         assert done.exit_code == 0, done.output
+        assert accept("countersign", named).exit_code == 0  # one that is not is written over
     done = accept("evidence", tmp_path / "evidence", "--units", "A")
     assert done.exit_code == 0, done.output
