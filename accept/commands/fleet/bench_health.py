@@ -198,26 +198,23 @@ def golden_charts(
     day; exit 4 at an alarm."""
     with open_store() as store:
         charts = golden_chart.golden_trends(store, serial, quantity)
-        named = sorted(golden.goldens(store))
-        frame = measurements(store) if any(each.chart.alarms for each in charts) else None
-    if not charts:
-        asked = " ".join(word for word in (serial, quantity) if word) or "any"
-        raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {', '.join(named) or 'none'}")
+        if not charts:
+            asked = " ".join(word for word in (serial, quantity) if word) or "any"
+            named = ", ".join(sorted(golden.goldens(store))) or "none"
+            raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {named}")
+        rings = any(each.chart.alarms for each in charts)
+        doubted = golden_chart.judged_in_doubt(measurements(store), charts) if rings else pd.DataFrame()
     documents = [golden_chart.document(each) for each in charts]
     shown = ("golden", "quantity", "bench", "n", "mean", "repeatability", "reference")
     table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
-    columns = ["serial", "day", "operator", "bench", "quantity", "value", "verdict", "why"]
-    listed = None if frame is None else golden_chart.judged_in_doubt(frame, charts)[columns]
     return Answer(
         rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
         *(alarm["words"] for d in documents for alarm in d["alarms"]),
         *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
-        None if listed is None else rows(listed, f"{listed['serial'].nunique()} units judged since the last good day"),
-        *files(outputs, pd.DataFrame() if listed is None else listed, documents),
-        picture(
-            plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True
-        ),
-        exit=Exit.INCOMPLETE if frame is not None else Exit.ACCEPTED,
+        rows(doubted, f"{doubted['serial'].nunique()} units judged since the last good day") if rings else None,
+        *files(outputs, doubted, documents),
+        picture(plot, lambda: [p for c in charts for p in golden_chart.golden_panels(c)], columns=2, announced=True),
+        exit=Exit.INCOMPLETE if rings else Exit.ACCEPTED,
     )
 
 

@@ -7,11 +7,11 @@ from accept.fleet.process_control.reading_quality import (
     AGREES,
     LIKELIER,
     exchanged,
-    gross_distance,
     residuals,
     step_of,
     two_populations,
 )
+from accept.fleet.process_control.spread import most_sigmas
 
 
 def test_two_populations_have_their_values():
@@ -75,7 +75,7 @@ def test_a_value_that_its_limits_pass_is_found_by_the_ratio_of_the_stacks():
     rest, sigmas = residuals(x)
     assert rest[100, 1] == pytest.approx(-0.27, abs=0.05)  # the level of 31 residuals is known to 0.01 uF, 3 sd
     assert sigmas[100, 1] == pytest.approx(0.045, rel=0.2)
-    assert abs(rest[100, 1] / sigmas[100, 1]) > gross_distance(900, 0.001)
+    assert abs(rest[100, 1] / sigmas[100, 1]) > most_sigmas(900, 898, 0.001)
     assert min(abs(9.521 - (9.251 - rest[100, 1])) / sigmas[100, 1], 9.0) < AGREES
     assert abs(rest[100, 2] / sigmas[100, 2]) < 4.0
 
@@ -87,7 +87,7 @@ def test_a_missing_value_leaves_the_others_of_its_unit_compared():
     rest, sigmas = residuals(x)
     assert np.isnan(rest[::2, 0]).all()
     assert np.isfinite(rest[:, 1:]).all()
-    assert rest[50, 2] / sigmas[50, 2] > gross_distance(900, 0.001)
+    assert rest[50, 2] / sigmas[50, 2] > most_sigmas(900, 898, 0.001)
 
 
 def test_sound_units_are_seldom_called_unlike():
@@ -95,5 +95,5 @@ def test_sound_units_are_seldom_called_unlike():
     rng, rang = np.random.default_rng(7), 0
     for _ in range(40):
         rest, sigmas = residuals(units(rng))
-        rang += bool((np.abs(rest) > gross_distance(rest.size, 0.001) * sigmas).any())
+        rang += bool((np.abs(rest) > most_sigmas(rest.size, rest.size - 2, 0.001) * sigmas).any())
     assert rang <= 1
