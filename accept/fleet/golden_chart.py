@@ -4,6 +4,7 @@ A golden unit is compared with its reference within two stated uncertainties, wh
 own comparisons repeat far better: a chart of them finds a drift of the bench long before those limits do.
 """
 
+import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -36,6 +37,11 @@ class Doubt:
     quantity: str
     since: pd.Timestamp
     until: pd.Timestamp | None
+
+    def is_between(self, since: datetime.date | None, until: datetime.date | None) -> bool:
+        """Return whether some of these days are in doubt."""
+        begun = until is None or self.since.date() <= until
+        return begun and (since is None or self.until is None or self.until.date() > since)
 
     @property
     def days(self) -> str:

@@ -26,7 +26,7 @@ PRESENT = 0.2  # share of the units that have a quantity which predicts others
 CHANCE = 0.001  # that any value of a sound process, of all quantities, is unlike the others of its unit
 EXPLAINS = 0.95  # share of the values that the labels of a factor put into the right one of two populations
 COARSE = 0.6  # step over standard deviation: the meter shows less than a tenth of the process, 6 sigma ([AIAG-MSA])
-NO_CHANCE = 1e-4  # that so many readings of a finer meter stand on the steps of a coarser one
+NO_CHANCE = 4.0  # 1 in 10^4 that so many readings of a finer meter stand on the steps of a coarser one
 PLACES = ("bench", "operator", "instrument", "lot", "supplier", "shift", "spec")  # what a shift may be confined to
 METERS = ("instrument", "bench", "operator")
 
@@ -77,18 +77,17 @@ def _share(labels: Labels, upper: Array) -> float:
 
 def coarse_meters(values: Array, labels: Mapping[str, Labels], unit: str) -> Iterator[str]:
     """Yield which meter shows values in steps that others do not have, or in steps too coarse for the process."""
-    sigma = moving_range_sigma(values) if values.size >= LEAST else 0.0
+    if values.size < LEAST or (sigma := moving_range_sigma(values)) == 0.0:
+        return
     column = next((name for name in METERS if name in labels and len(set(labels[name]) - {""}) > 1), None)
     parts = {"": values} if column is None else {str(n): values[labels[column] == n] for n in set(labels[column])}
     steps = {name: step for name, part in sorted(parts.items()) if part.size >= LEAST and (step := step_of(part))}
     finest = min(steps.values(), default=0.0)
     for name, step in steps.items():
-        chance = (finest / step) ** parts[name].size
-        if sigma > 0.0 and (step > COARSE * sigma or (step > finest and chance <= NO_CHANCE)):
+        power = parts[name].size * float(np.log10(step / finest))  # by chance: 1 in 10 to it
+        if step > COARSE * sigma or power >= NO_CHANCE:
             whose = f"{column} {name}" if name else "the meter"
-            others = (
-                f", others in {finest:g} {unit} (by chance 1 in 10^{-np.log10(chance):.0f})" if step > finest else ""
-            )
+            others = f", others in {finest:g} {unit} (by chance 1 in 10^{power:.0f})" if step > finest else ""
             rounding = step / np.sqrt(12.0)
             yield (
                 f"{whose} shows steps of {step:g} {unit}{others}: rounding adds {rounding:.2g} {unit} (1 sd), "
@@ -124,14 +123,14 @@ def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, Alarm]:
             (abs(float(to_scale(np.array(swap), scales[q])) - expected[q]) / sigmas[i, q], q): swap
             for q in np.flatnonzero(gross[i]).tolist()
             if (step := step_of(table[names[q]].dropna().to_numpy()))
-            for swap in exchanged(float(table.iat[i, q]), step)
+            for swap in exchanged(float(table[names[q]].iloc[i]), step)
         }
         nearest, wrong = min(swaps, default=(np.inf, own))
         if nearest > AGREES:
             wrong = int(np.nanargmax(off))
         if wrong != own:
             continue
-        value, ends = float(table.iat[i, own]), expected[own] + sigmas[i, own] * np.array([0.0, 2.0])
+        value, ends = float(table[quantity].iloc[i]), expected[own] + sigmas[i, own] * np.array([0.0, 2.0])
         middle, beyond = from_scale(ends, scales[own]).tolist()
         near = f"; with two digits exchanged, {swaps[nearest, own]:g}, it agrees" if nearest <= AGREES else ""
         words = (

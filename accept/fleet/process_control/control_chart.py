@@ -322,17 +322,12 @@ def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) 
 
 def _split(x: Array, offset: int, base: Baseline) -> list[int]:
     """Return the indices at which the mean of x (n,) changes, counted from offset."""
-    n = x.size
-    if n < 2 * SHORTEST:
+    at = best_split(x, SHORTEST)
+    if at is None:
         return []
-    size = np.arange(SHORTEST, n - SHORTEST + 1)
-    before = np.cumsum(x)[size - 1] / size
-    after = (x.sum() - np.cumsum(x)[size - 1]) / (n - size)
-    sigmas = np.abs(after - before) / (base.sigma * np.sqrt(1.0 / size + 1.0 / (n - size)))
-    best = int(np.argmax(sigmas))
-    if sigmas[best] <= _quantile(size.size, base):
+    apart = abs(float(x[at:].mean() - x[:at].mean())) / float(np.sqrt(1.0 / at + 1.0 / (x.size - at)))
+    if apart <= _quantile(x.size - 2 * SHORTEST + 1, base) * base.sigma:
         return []
-    at = int(size[best])
     return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
 
 
@@ -347,25 +342,31 @@ def _refine(x: Array, places: list[int], base: Baseline) -> list[int]:
         lo, hi = max(0, i - 2), min(len(edges) - 1, i + 2)
         without = [*edges[lo:i], *edges[i + 1 : hi + 1]]
         for k in range(1, len(without) - 1):
-            without[k] = _best_split(x, without[k - 1], without[k], without[k + 1])
+            without[k] = _between(x, without[k - 1], without[k], without[k + 1])
         if _squares(x, without) - _squares(x, edges[lo : hi + 1]) <= significant:
             edges[lo : hi + 1] = without
             i = max(1, i - 2)
         else:
-            edges[i] = _best_split(x, edges[i - 1], edges[i], edges[i + 1])
+            edges[i] = _between(x, edges[i - 1], edges[i], edges[i + 1])
             i += 1
     return edges[1:-1]
 
 
-def _best_split(x: Array, first: int, present: int, end: int) -> int:
-    """Return where to split x[first:end] so that two means describe it best; the present place if it is too short."""
-    y = x[first:end]
-    at = np.arange(SHORTEST, y.size - SHORTEST + 1)
+def _between(x: Array, first: int, present: int, end: int) -> int:
+    """Return the best place to split x[first:end]; the present place if it is too short."""
+    found = best_split(x[first:end], SHORTEST)
+    return present if found is None else first + found
+
+
+def best_split(x: Array, least: int) -> int | None:
+    """Return where to split x (n,) so that two means, of at least so many values, describe it best; None if it is too
+    short."""
+    at = np.arange(least, x.size - least + 1)
     if not at.size:
-        return present
-    total = np.cumsum(y)
-    before, after = total[at - 1] / at, (total[-1] - total[at - 1]) / (y.size - at)
-    return first + int(at[np.argmax((before - after) ** 2 * at * (y.size - at))])
+        return None
+    total = np.cumsum(x)
+    before, after = total[at - 1] / at, (total[-1] - total[at - 1]) / (x.size - at)
+    return int(at[np.argmax((before - after) ** 2 * at * (x.size - at))])
 
 
 def _squares(x: Array, edges: list[int]) -> float:

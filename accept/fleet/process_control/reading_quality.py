@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from accept.fleet.process_control.control_chart import best_split
 from accept.fleet.process_control.spread import about_level, robust_sigma
 from checks.arrays import Array
 
@@ -42,11 +43,9 @@ def two_populations(values: Array) -> Populations | None:
     if x.size < FEWEST or x.std() == 0.0:
         return None
     order = np.sort(x)
-    size = np.arange(1, x.size)
-    below = np.cumsum(order)[:-1] / size
-    above = (order.sum() - np.cumsum(order)[:-1]) / (x.size - size)
-    start = int(np.argmax(size * (x.size - size) * (above - below) ** 2))  # the best split into two, as k-means has it
-    means, share, sigma = np.array([below[start], above[start]]), 1.0 - size[start] / x.size, float(x.std()) / 2.0
+    start = best_split(order, 1) or 1  # as k-means has it
+    means = np.array([order[:start].mean(), order[start:].mean()])
+    share, sigma = 1.0 - start / x.size, float(x.std()) / 2.0
     for _ in range(200):
         parts = np.log([1.0 - share, share])[:, None] - 0.5 * ((x - means[:, None]) / sigma) ** 2
         total = np.logaddexp(*parts)

@@ -38,7 +38,8 @@ def part_chart(values: Array, chance: float) -> Chart:
     limit = sums_limit(x.size, OF_SUMS * chance)
     single = most_sigmas(x.size, np.inf, (1.0 - OF_SUMS) * chance)
     rounding = _rounding(x)
-    sums, good, now = np.zeros((x.size, 2)), np.ones(x.size, dtype=bool), np.zeros(2)
+    good, near = np.ones(x.size, dtype=bool), np.ones(x.size, dtype=bool)
+    sums, now = np.zeros((x.size, 2)), np.zeros(2)
     left_zero, runs, ringing = np.zeros(2, dtype=int), list[tuple[int, int]](), False
     for i in range(x.size):
         before = x[:i][good[:i]]
@@ -46,12 +47,12 @@ def part_chart(values: Array, chance: float) -> Chart:
             held = np.clip(z, -single, single)  # one gross value is no shift
             left_zero[now == 0.0] = i
             now = np.clip(now + np.array([held, -held]) - ALLOWANCE, 0.0, limit)
-            good[i] = abs(z) < single
+            good[i] = near[i] = abs(z) < single
             if ringing:
                 first = runs[-1][0]
                 last = first + shift_length(x[first : i + 1] - before.mean()) - 1
                 runs[-1] = first, last
-                good[first : i + 1] = np.arange(first, i + 1) > last
+                good[first : i + 1] = near[first : i + 1] & (np.arange(first, i + 1) > last)
                 if i - last >= AGAIN:
                     ringing, now = False, np.zeros(2)
             elif now.max() >= limit:

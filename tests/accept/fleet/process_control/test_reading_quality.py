@@ -12,6 +12,7 @@ from accept.fleet.process_control.reading_quality import (
     two_populations,
 )
 from accept.fleet.process_control.spread import most_sigmas
+from accept.fleet.reading_alarms import coarse_meters
 
 
 def test_two_populations_have_their_values():
@@ -97,3 +98,11 @@ def test_sound_units_are_seldom_called_unlike():
         rest, sigmas = residuals(units(rng))
         rang += bool((np.abs(rest) > most_sigmas(rest.size, rest.size - 2, 0.001) * sigmas).any())
     assert rang <= 1
+
+
+def test_the_chance_of_many_readings_on_a_coarse_meter_is_a_number():
+    """500 readings of a meter with ten times the step of the other: 1 in 10^500, less than the smallest number."""
+    x = np.random.default_rng(8).normal(5.0, 0.2, 1000)
+    bench = np.repeat(np.array(["B1", "B2"], dtype=object), 500)
+    (words,) = coarse_meters(np.where(bench == "B1", x.round(3), x.round(2)), {"bench": bench}, "uF")
+    assert "bench B2 shows steps of 0.01 uF, others in 0.001 uF (by chance 1 in 10^500)" in words

@@ -90,3 +90,10 @@ def test_equal_readings_of_a_coarse_meter_ring_at_no_single_step():
 def test_a_value_that_is_missing_is_refused():
     with pytest.raises(ValueError, match="all finite"):
         part_chart(np.array([1.0, np.nan]), CHANCE)
+
+
+def test_a_gross_value_just_after_a_shift_is_not_a_good_one():
+    x = np.random.default_rng(11).standard_normal(80)
+    x[40:52] += 5.0
+    x[53] -= 12.0
+    assert (VALUE, 53) in [(alarm.rule, alarm.first) for alarm in part_chart(x, CHANCE).alarms]
