@@ -156,8 +156,7 @@ def document(each: GoldenTrend) -> dict[str, Any]:
         "limits": {"lower": chart.lower, "upper": chart.upper} if base.sigma else None,
         "sums_limit": chart.sums_limit,
         "alarms": [
-            {"rule": alarm.rule, "first": days[alarm.first], "last": days[alarm.last], "direction": alarm.direction,
-             "size": alarm.size, "U": alarm.U, "last_good": f"{doubt.since:%Y-%m-%d}",
+            {**alarm.document(days), "last_good": f"{doubt.since:%Y-%m-%d}",
              "good_again": doubt.until and f"{doubt.until:%Y-%m-%d}", "words": each.words(alarm)}
             for alarm, doubt in zip(chart.alarms, each.doubts, strict=True)
         ],

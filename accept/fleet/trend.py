@@ -372,20 +372,10 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
 def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
     serials = t.rows["serial"].array
     return [
-        {
-            "rule": alarm.rule,
-            "first": serials[alarm.first],
-            "last": serials[alarm.last],
-            "direction": alarm.direction,
-            "size": alarm.size,
-            "U": alarm.U,
-            "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
-            "units": alarm.units,
-            "place": dict([alarm.place]) if alarm.place else None,
-            "words": alarm_words(t, alarm),
-        }
+        {**alarm.document(serials), "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}", "units": alarm.units,
+         "place": dict([alarm.place]) if alarm.place else None, "words": alarm_words(t, alarm)}
         for alarm in t.alarms
-    ]
+    ]  # fmt: skip
 
 
 def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:

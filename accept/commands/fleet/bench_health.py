@@ -19,7 +19,7 @@ from accept.commands.trust.bench_keys import decision_signer, who_acts
 from accept.fleet import gauge, golden, golden_chart
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import counted, measurements, measurements_of, of_quantity
+from accept.fleet.measurements import counted, measurements, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.store import open_store
@@ -53,11 +53,11 @@ def gauge_study(
         frame = _read(table, gauge.COLUMNS)
     else:
         with open_store() as store:
-            frame = chosen(measurements_of(store, str(wanted.quantity)), choice)
+            frame = chosen(of_quantity(measurements(store), str(wanted.quantity)), choice)
         frame = frame[frame["study"] == wanted.study] if wanted.study else counted(frame)
         if frame.empty:
             raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")
-        frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
+        frame = gauge.from_store(frame)
     found = gauge.study(frame)
     document = gauge.document(found, wanted.tolerance, frame)
     components = pd.DataFrame(document["components"])

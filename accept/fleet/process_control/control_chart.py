@@ -7,10 +7,11 @@ whole chart, the uncertainty of a short baseline included, not with a chance at 
 may be added; `false_alarm_rate` gives the cost of the chosen set.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,6 +115,11 @@ class Alarm:
     def direction(self) -> str | None:
         """Return "up" or "down", None for a pattern on both sides."""
         return None if self.rule in ON_BOTH_SIDES else "up" if self.size > 0 else "down"
+
+    def document(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return what the alarm is as a document. names: of the values."""
+        ends = {"first": names[self.first], "last": names[self.last]}
+        return {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
 
 
 @dataclass(frozen=True, eq=False)
