@@ -62,7 +62,8 @@ def rejudge(attached: CertificateContent) -> UnitRecord:
             if own:
                 check_spec(spec, "the attached spec")
                 serial_fits(unit, spec)
-            again = judge_unit(unit, spec, entry.calibration, models, own=own)
+            weighed = own or any(i.against for f in entry.findings for i in f.inputs)  # by what it states itself
+            again = judge_unit(unit, spec, entry.calibration, models, own=weighed)
             again, reservations = replace(again, gap=entry.gap), Reservations.stated(entry)
             if own:
                 again, reservations = without_bench_errors(again), reservations.with_notes(unit.notes)

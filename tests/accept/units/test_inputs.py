@@ -184,6 +184,19 @@ def test_a_number_that_the_unit_leaves_to_the_spec_is_named_with_its_source(tmp_
     assert [(i.value, i.source) for i in found.inputs if i.name == "resistor_ohm"] == [(80600.0, "default")]
 
 
+def test_what_another_program_left_conditional_is_so_again(folder: Path) -> None:
+    """Red before: after any change of the program a certificate with an input of its own was called NOT VALID."""
+    unit, by = unit_folder.read(written(folder, HEAVY_KG)), load_spec("apa-basic")
+    contents = replace(content_of(judge_unit(unit, by), by, unit.path, "Ann"), code_sha256="0" * 64)
+    assert contents.result["verdict"] == UnitVerdict.CONDITIONAL
+    attached = read_unit(contents.files[UNIT_FILE])
+    check_result(contents, attached, rejudge(contents))
+    accepted = [{**f, "verdict": "pass", "cause": None, "reason": None} for f in contents.result["findings"]]
+    better = replace(contents, result={**contents.result, "verdict": "accepted", "findings": accepted})
+    with pytest.raises(InvalidCertificate):
+        check_result(better, attached, rejudge(better))
+
+
 def test_a_certificate_of_an_earlier_program_verifies_and_lacks_its_inputs(folder: Path) -> None:
     """It accepted what this version leaves conditional; one of this version that says so does not follow."""
     unit, by = unit_folder.read(written(folder, HEAVY_KG)), load_spec("apa-basic")
