@@ -221,14 +221,11 @@ def parse(raw: bytes, path: str) -> Spec:
 def differences(first: Spec, second: Spec) -> Iterator[tuple[str, Any, Any]]:
     """Yield every value that differs, in the order of the files: its place by dots, and both values, None if not
     stated. Comments and the order of keys do not count."""
-    one, other = _values(first), _values(second)
+    given = (spec.model_dump(include=set(SpecDocument.model_fields), exclude_none=True) for spec in (first, second))
+    one, other = (dict(_leaves(each, "")) for each in given)
     for key in one | other:
         if one.get(key) != other.get(key):
             yield key, one.get(key), other.get(key)
-
-
-def _values(spec: Spec) -> dict[str, Any]:
-    return dict(_leaves(spec.model_dump(include=set(SpecDocument.model_fields), exclude_none=True), ""))
 
 
 def _leaves(held: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from glob import escape
 from importlib import resources
 from pathlib import Path
 
@@ -134,7 +135,7 @@ def _certificates(package: _Package, unit: UnitState, events: Sequence[Event]) -
 
 def _file_of(path: Path, sha256: str) -> bytes | None:
     """Return the certificate with this hash: at its place, or set aside beside it by a later one."""
-    for place in (path, *sorted(path.parent.glob(f"{path.stem}_superseded-*.pdf"))):
+    for place in (path, *sorted(path.parent.glob(f"{escape(path.stem)}_superseded-*.pdf"))):
         if place.is_file() and hashlib.sha256(content := place.read_bytes()).hexdigest() == sha256:
             return content
     return None

@@ -33,6 +33,7 @@ P = ParamSpec("P")
 Content = bytes | Document | Mapping[str, Any] | Sequence[Any]
 STDOUT = Path("-")
 PLAIN: Mapping[str, Any] = {"box": box.SIMPLE_HEAD, "padding": 0, "pad_edge": False}  # a table without lines
+SPACED: Mapping[str, Any] = {**PLAIN, "padding": (0, 1, 0, 0)}  # with a space behind each column
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet takes a cell that begins so for a formula
 ENDINGS = {"json": ".json", "csv": ".csv", "mat": ".mat", "uff": ".uff", "html": ".html", "plot": ""}  # of outputs
 
@@ -73,15 +74,12 @@ def table(titles: Iterable[str | Column], rows: Iterable[Iterable[str | Text]], 
     return made
 
 
-def first_of(names: Sequence[str], most: int = 10) -> str:
-    """Return names in one line: the first of them, and how many more there are."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
-def csv_of(frame: "pd.DataFrame") -> bytes:
-    """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted."""
+def csv_of(rows: "pd.DataFrame | Sequence[Any]", columns: list[str] | None = None) -> bytes:
+    """Return rows as CSV; a text that a spreadsheet would take for a formula is quoted. columns: all, if there may be
+    no row."""
     import pandas as pd  # loaded where a table is written
 
+    frame = pd.DataFrame(rows, columns=columns)
     texts = frame.select_dtypes(include=["object", "string", "category"]).columns
     quoted = {
         name: [f"'{v}" if isinstance(v, str) and v.startswith(DANGEROUS) else v for v in frame[name]] for name in texts

@@ -4,22 +4,27 @@ A golden unit is compared with its reference within two stated uncertainties, wh
 own comparisons repeat far better: a chart of them finds a drift of the bench long before those limits do.
 """
 
+import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from accept.fleet.golden import Golden, goldens
 from accept.fleet.measurements import VOIDED, counted, in_order_of_measurement, measurements, when
-from accept.fleet.process_control.control_chart import FALSE_ALARM, SHIFT, Alarm
-from accept.fleet.process_control.self_starting import BEFORE, PartChart, part_chart
+from accept.fleet.process_control.control_chart import FALSE_ALARM, SHIFT, Alarm, Chart
+from accept.fleet.process_control.self_starting import BEFORE, part_chart
+from accept.fleet.trend import limits_of_one_value, sums_panel
 from accept.pictures.labels import label_of
 from accept.store import Store
 from accept.store.payloads import Reference
 from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
+
+OF_A_DOUBT = ["serial", "day", "operator", "bench", "quantity", "value", "verdict", "why"]
 
 
 @dataclass(frozen=True)
@@ -33,12 +38,19 @@ class Doubt:
     since: pd.Timestamp
     until: pd.Timestamp | None
 
+    def is_between(self, since: datetime.date | None, until: datetime.date | None) -> bool:
+        """Return whether some of these days are in doubt."""
+        begun = until is None or self.since.date() <= until
+        return begun and (since is None or self.until is None or self.until.date() > since)
+
+    @property
+    def days(self) -> str:
+        return f"{self.since:%Y-%m-%d}" + ("" if self.until is None else f", good again on {self.until:%Y-%m-%d}")
+
     @property
     def words(self) -> str:
-        until = "" if self.until is None else f", good again on {self.until:%Y-%m-%d}"
         return (
-            f"judged since the last good day of the golden unit {self.golden} "
-            f"({label_of(self.quantity)}, {self.since:%Y-%m-%d}{until})"
+            f"judged since the last good day of the golden unit {self.golden} ({label_of(self.quantity)}, {self.days})"
         )
 
 
@@ -51,8 +63,16 @@ class GoldenTrend:
     quantity: str
     unit: str
     rows: pd.DataFrame
-    chart: PartChart
+    chart: Chart
     reference: Reference | None
+
+    @property
+    def good(self) -> NDArray[np.bool_]:
+        """Return which comparisons no alarm is about."""
+        good = np.ones(len(self.rows), dtype=bool)
+        for alarm in self.chart.alarms:
+            good[alarm.first : alarm.last + 1] = False
+        return good
 
     @property
     def doubts(self) -> list[Doubt]:
@@ -60,7 +80,7 @@ class GoldenTrend:
         return [self._doubt(alarm) for alarm in self.chart.alarms]
 
     def _doubt(self, alarm: Alarm) -> Doubt:
-        days, good = self.rows["day"], self.chart.good
+        days, good = self.rows["day"], self.good
         before, after = np.flatnonzero(good[: alarm.first]), np.flatnonzero(good[alarm.last + 1 :])
         until = days.iloc[alarm.last + 1 + after[0]] if after.size else None
         return Doubt(self.serial, self.bench, self.quantity, days.iloc[before[-1]], until)
@@ -69,12 +89,10 @@ class GoldenTrend:
         """Return an alarm in words: since when, direction, size, and the last good day."""
         first, last = (self.rows["day"].iloc[i] for i in (alarm.first, alarm.last))
         size = f"{'+' if alarm.size > 0 else ''}{with_U(alarm.size, alarm.U)} {self.unit}"
-        good = self._doubt(alarm)
         on = f"{first:%Y-%m-%d}" if alarm.rule != SHIFT else f"{first:%Y-%m-%d} to {last:%Y-%m-%d}"
-        again = "" if good.until is None else f", good again on {good.until:%Y-%m-%d}"
         return (
             f"{self.serial}, {label_of(self.quantity)}: {on} ({alarm.units} comparisons): {size} from the mean of the "
-            f"good ones; last good day {good.since:%Y-%m-%d}{again}"
+            f"good ones; last good day {self._doubt(alarm).days}"
         )
 
 
@@ -116,14 +134,15 @@ def in_doubt(frame: pd.DataFrame, charts: Sequence[GoldenTrend]) -> pd.Series:
 
 
 def judged_in_doubt(frame: pd.DataFrame, charts: Sequence[GoldenTrend]) -> pd.DataFrame:
-    """Return the first row of every unit of the process that was judged while a bench was in doubt, with `why`."""
+    """Return the first row of every unit of the process that was judged while a bench was in doubt, as `OF_A_DOUBT`."""
     marked = in_order_of_measurement(counted(frame)).assign(why=lambda f: in_doubt(f, charts))
-    return marked[(marked["why"] != "") & marked["value"].notna()].drop_duplicates(["serial", "quantity"])
+    found = marked[(marked["why"] != "") & marked["value"].notna()]
+    return found.drop_duplicates(["serial", "quantity"])[OF_A_DOUBT]
 
 
 def document(each: GoldenTrend) -> dict[str, Any]:
     """Return a chart as a document: counts, mean and repeatability of the good ones, limits, alarms, points."""
-    chart, reference = each.chart, each.reference
+    chart, base, reference = each.chart, each.chart.baseline, each.reference
     days = [f"{day:%Y-%m-%d}" for day in each.rows["day"]]
     return {
         "golden": each.serial,
@@ -131,43 +150,40 @@ def document(each: GoldenTrend) -> dict[str, Any]:
         "quantity": each.quantity,
         "unit": each.unit,
         "n": len(each.rows),
-        "mean": chart.mean,
-        "repeatability": chart.sigma or None,
+        "mean": base.mean,
+        "repeatability": base.sigma or None,
         "reference": reference and reference.value,
-        "limits": {"lower": chart.lower, "upper": chart.upper} if chart.sigma else None,
+        "limits": {"lower": chart.lower, "upper": chart.upper} if base.sigma else None,
         "sums_limit": chart.sums_limit,
         "alarms": [
-            {"rule": alarm.rule, "first": days[alarm.first], "last": days[alarm.last], "direction": alarm.direction,
-             "size": alarm.size, "U": alarm.U, "last_good": f"{doubt.since:%Y-%m-%d}",
+            {**alarm.document(days), "last_good": f"{doubt.since:%Y-%m-%d}",
              "good_again": doubt.until and f"{doubt.until:%Y-%m-%d}", "words": each.words(alarm)}
             for alarm, doubt in zip(chart.alarms, each.doubts, strict=True)
         ],
         "cautions": [] if len(each.rows) > BEFORE else [f"{len(each.rows)} comparisons: the chart compares from the "
                                                         f"{BEFORE + 1}th on"],
         "points": [{"time": day, "value": value, "good": bool(good)}
-                   for day, value, good in zip(days, chart.values.tolist(), chart.good, strict=True)],
+                   for day, value, good in zip(days, chart.values.tolist(), each.good, strict=True)],
     }  # fmt: skip
 
 
 def golden_panels(each: GoldenTrend) -> list[Panel]:
     """Return the chart: comparisons in order with their own limits and the reference, and the cumulative sums."""
     chart, x = each.chart, np.arange(1.0, len(each.rows) + 1)
-    label, off = label_of(each.quantity), chart.good == 0
+    label, off = label_of(each.quantity), ~each.good
     items: list[Line | Mark] = [
         Line(x, chart.values, "comparison", "points", "data"),
         Line(x[off], chart.values[off], "not as before", "points", "bad"),
-        Mark(chart.mean, "y", "mean of the good ones", "quiet"),
+        Mark(chart.baseline.mean, "y", "mean of the good ones", "quiet"),
     ]
-    if chart.sigma > 0.0:
-        items += [Mark(chart.lower, "y", "limits of one value", "bad"), Mark(chart.upper, "y", "", "bad")]
+    if chart.baseline.sigma > 0.0:
+        items += limits_of_one_value(chart)
     if each.reference is not None:
         items.append(Mark(each.reference.value, "y", "reference", "limit"))
     days = each.rows["day"]
     order = f"comparison, {days.iloc[0]:%Y-%m-%d} to {days.iloc[-1]:%Y-%m-%d}"
     title = f"{each.serial}, {label}"
-    ways = [Line(x, s, way) for s, way in zip(chart.sums.T, ("above the mean", "below it"), strict=True)]
     return [
         Panel(title, order, f"{label} [{each.unit}]", tuple(items)),
-        Panel(f"{title}: cumulative sums", order, "sum [standard deviations]",
-              (*ways, Mark(chart.sums_limit, "y", "a shift", "bad"))),
-    ]  # fmt: skip
+        *sums_panel(chart, x, title, order, "the mean"),
+    ]

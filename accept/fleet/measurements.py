@@ -48,14 +48,13 @@ def measurements(
     store: Store,
     serial: str | None = None,
     *,
-    quantities: Collection[str] | None = None,
     columns: Collection[str] = COLUMNS,
     after: int = 0,
     brief: bool = False,
 ) -> pd.DataFrame:
-    """Return one row per finding of every judgement, in the order of the store. serial, quantities: of these alone;
-    columns: of `COLUMNS`, these; after: number of an event, for judgements behind it; brief: without
-    findings that passed, but the first one of each judgement and of each day of measurement. Texts are categories.
+    """Return one row per finding of every judgement, in the order of the store. serial: of this unit alone; columns: of
+    `COLUMNS`, these; after: number of an event, for judgements behind it; brief: without findings that passed, but the
+    first one of each judgement and of each day of measurement. Texts are categories.
 
     attempt: how often the serial was judged up to then. bench: name of the bench file, if one was used. batch, place:
     the batch in which it was judged and the unit's place in it. measured: the day stated for the check, else NaT.
@@ -65,8 +64,7 @@ def measurements(
     was only typed. Raises StoreError.
     """
     if serial is None:
-        wanted = {"seq", "findings", *({"quantity"} if quantities is not None else ()), *columns}
-        wanted -= {VOIDED, GOLDEN, CONCEDED}
+        wanted = {"seq", "findings", *columns} - {VOIDED, GOLDEN, CONCEDED}
         wanted |= ({"verdict", "measured"} if brief else set()) | ({"serial"} if GOLDEN in columns else set())
         found = findings(store, wanted)
     else:
@@ -81,26 +79,14 @@ def measurements(
     found = {**found, **_of_voids(found, void)}
     if CONCEDED in columns:
         found[CONCEDED] = _words_of_judgements(found["seq"][0], concessions(store, serial))
-    return _frame(found, quantities, columns, after, brief)
+    return _frame(found, columns, after, brief)
 
 
-def measurements_of(store: Store, quantity: str) -> pd.DataFrame:
-    """Return the rows of one quantity; all rows if the store does not have it, so that an error can name those that it
-    has. Raises StoreError."""
-    frame = measurements(store, quantities={quantity})
-    return frame if len(frame) else measurements(store)
-
-
-def _frame(
-    found: Mapping[str, Column], quantities: Collection[str] | None, columns: Collection[str], after: int, brief: bool
-) -> pd.DataFrame:
+def _frame(found: Mapping[str, Column], columns: Collection[str], after: int, brief: bool) -> pd.DataFrame:
     """Return the rows of the findings; what is stated once for a judgement is repeated."""
     judgement = np.repeat(np.arange(found["seq"][0].size, dtype=np.int32), found["findings"][0])
     chosen: np.ndarray | slice = slice(None)
-    if quantities is not None:
-        codes, words = found["quantity"]
-        chosen = np.isin(codes, [i for i, word in enumerate(words or ()) if word in quantities])
-    elif brief:
+    if brief:
         chosen = _is_brief(judgement, found["measured"][0], found["verdict"])
     elif after:
         chosen = found["seq"][0][judgement] > after

@@ -8,18 +8,17 @@ from numpy.typing import NDArray
 
 from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import first_attempts, in_order_of_measurement
-from accept.fleet.process_control.control_chart import GROSS_SIGMAS, LEAST, MIXTURE, Alarm
+from accept.fleet.process_control.control_chart import GROSS_SIGMAS, LEAST, MIXTURE, UNLIKE, Alarm
 from accept.fleet.process_control.equal_runs import EqualRun, Labels, equal_runs
 from accept.fleet.process_control.reading_quality import (
     AGREES,
     exchanged,
-    gross_distance,
     residuals,
     step_of,
     two_populations,
 )
 from accept.fleet.process_control.scale import from_scale, scale_of, to_scale
-from accept.fleet.process_control.spread import moving_range_sigma, robust_sigma
+from accept.fleet.process_control.spread import most_sigmas, moving_range_sigma, robust_sigma
 from accept.pictures.labels import label_of
 from checks.arrays import Array
 
@@ -27,7 +26,7 @@ PRESENT = 0.2  # share of the units that have a quantity which predicts others
 CHANCE = 0.001  # that any value of a sound process, of all quantities, is unlike the others of its unit
 EXPLAINS = 0.95  # share of the values that the labels of a factor put into the right one of two populations
 COARSE = 0.6  # step over standard deviation: the meter shows less than a tenth of the process, 6 sigma ([AIAG-MSA])
-NO_CHANCE = 1e-4  # that so many readings of a finer meter stand on the steps of a coarser one
+NO_CHANCE = 4.0  # 1 in 10^4 that so many readings of a finer meter stand on the steps of a coarser one
 PLACES = ("bench", "operator", "instrument", "lot", "supplier", "shift", "spec")  # what a shift may be confined to
 METERS = ("instrument", "bench", "operator")
 
@@ -62,7 +61,7 @@ def mixture(
         f"upper one), {(found.means[1] - found.means[0]) / found.sigma:.1f} of their standard deviations apart"
         f"{explained}; log likelihood ratio {found.ratio / 2.0:.0f}, of one population above 10 in less than 1 of 1000"
     )
-    return by, Alarm(MIXTURE, 0, values.size - 1, None, high - low, 0.0, values.size, evidence=words)
+    return by, Alarm(MIXTURE, 0, values.size - 1, high - low, 0.0, values.size, evidence=words)
 
 
 def _share(labels: Labels, upper: Array) -> float:
@@ -78,18 +77,17 @@ def _share(labels: Labels, upper: Array) -> float:
 
 def coarse_meters(values: Array, labels: Mapping[str, Labels], unit: str) -> Iterator[str]:
     """Yield which meter shows values in steps that others do not have, or in steps too coarse for the process."""
-    sigma = moving_range_sigma(values) if values.size >= LEAST else 0.0
+    if values.size < LEAST or (sigma := moving_range_sigma(values)) == 0.0:
+        return
     column = next((name for name in METERS if name in labels and len(set(labels[name]) - {""}) > 1), None)
     parts = {"": values} if column is None else {str(n): values[labels[column] == n] for n in set(labels[column])}
     steps = {name: step for name, part in sorted(parts.items()) if part.size >= LEAST and (step := step_of(part))}
     finest = min(steps.values(), default=0.0)
     for name, step in steps.items():
-        chance = (finest / step) ** parts[name].size
-        if sigma > 0.0 and (step > COARSE * sigma or (step > finest and chance <= NO_CHANCE)):
+        power = parts[name].size * float(np.log10(step / finest))  # by chance: 1 in 10 to it
+        if step > COARSE * sigma or power >= NO_CHANCE:
             whose = f"{column} {name}" if name else "the meter"
-            others = (
-                f", others in {finest:g} {unit} (by chance 1 in 10^{-np.log10(chance):.0f})" if step > finest else ""
-            )
+            others = f", others in {finest:g} {unit} (by chance 1 in 10^{power:.0f})" if step > finest else ""
             rounding = step / np.sqrt(12.0)
             yield (
                 f"{whose} shows steps of {step:g} {unit}{others}: rounding adds {rounding:.2g} {unit} (1 sd), "
@@ -97,50 +95,47 @@ def coarse_meters(values: Array, labels: Mapping[str, Labels], unit: str) -> Ite
             )
 
 
-def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, tuple[float, float, str]]:
-    """Return serial -> distance, U and evidence of each value of a quantity that the others of its unit contradict.
+def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, Alarm]:
+    """Return serial -> alarm, at no index, of each value of a quantity that the others of its unit contradict.
 
-    frame: rows of all quantities. Equal values in a row predict nothing; quantities that four of five
-    units do not have are left out. Of a unit whose quantities contradict each other, the wrong one is that which agrees
-    with two
-    digits exchanged, else the farthest off."""
+    frame: rows of all quantities. Equal values in a row predict nothing; quantities that four of five units do not have
+    are left out. Of a unit whose quantities contradict each other, the wrong one is that which agrees with two digits
+    exchanged, else the farthest off."""
     first = in_order_of_measurement(first_attempts(frame[frame["value"].notna()]))
     parts = [rows for _, rows in first.groupby("quantity", observed=True)]
     equal = [i for rows in parts for run in equal_values(rows) for i in rows.index[run.at]]
     serials = first["serial"].astype(object).drop_duplicates()
     first = first.drop(index=equal).astype({"serial": object, "quantity": object})
     table = first.pivot(index="serial", columns="quantity", values="value").reindex(serials)
-    if quantity not in table:
-        return {}
     table = table.loc[:, (table.notna().mean() >= PRESENT) & (table.nunique() > LEAST)]
     if quantity not in table:
         return {}
-    scales = {name: scale_of(table[name].dropna().to_numpy()) for name in table}
-    y = np.column_stack([to_scale(table[name].to_numpy(), scale) for name, scale in scales.items()])
+    names = list(map(str, table))
+    scales = [scale_of(table[name].dropna().to_numpy()) for name in names]
+    y = np.column_stack([to_scale(table[name].to_numpy(), scale) for name, scale in zip(names, scales, strict=True)])
     rest, sigmas = residuals(y)
-    limit = gross_distance(max(int(np.isfinite(rest).sum()), 1), CHANCE)
-    units = np.flatnonzero((np.abs(rest) > limit * sigmas).any(axis=1))
-    steps = {name: step_of(table[name].dropna().to_numpy()) for name in table} if units.size else {}
+    n, own = int(np.isfinite(rest).sum()), names.index(quantity)
+    gross = np.abs(rest) > most_sigmas(max(n, 1), max(n - 2, 1), CHANCE) * sigmas
     found = {}
-    for i in units.tolist():
-        at = y[i] - rest[i]
+    for i in np.flatnonzero(gross.any(axis=1)).tolist():
+        expected, off = y[i] - rest[i], np.abs(rest[i]) / sigmas[i]
         swaps = {
-            (abs(float(to_scale(np.array(swap), scales[name])) - at[q]) / sigmas[i, q], name): swap
-            for q, name in enumerate(table)
-            if abs(rest[i, q]) > limit * sigmas[i, q] and (step := steps[name])
-            for swap in exchanged(float(table[name].iloc[i]), step)
+            (abs(float(to_scale(np.array(swap), scales[q])) - expected[q]) / sigmas[i, q], q): swap
+            for q in np.flatnonzero(gross[i]).tolist()
+            if (step := step_of(table[names[q]].dropna().to_numpy()))
+            for swap in exchanged(float(table[names[q]].iloc[i]), step)
         }
-        off, wrong = min(swaps, default=(np.inf, ""))
-        if off > AGREES:
-            wrong = str(list(table)[int(np.nanargmax(np.abs(rest[i]) / sigmas[i]))])
-        if wrong != quantity:
+        nearest, wrong = min(swaps, default=(np.inf, own))
+        if nearest > AGREES:
+            wrong = int(np.nanargmax(off))
+        if wrong != own:
             continue
-        q, value = list(table).index(quantity), float(table[quantity].iloc[i])
-        expected, beyond = (float(from_scale(np.array(at[q] + k * sigmas[i, q]), scales[quantity])) for k in (0.0, 2.0))
-        near = f"; with two digits exchanged, {swaps[off, wrong]:g}, it agrees" if off <= AGREES else ""
+        value, ends = float(table[quantity].iloc[i]), expected[own] + sigmas[i, own] * np.array([0.0, 2.0])
+        middle, beyond = from_scale(ends, scales[own]).tolist()
+        near = f"; with two digits exchanged, {swaps[nearest, own]:g}, it agrees" if nearest <= AGREES else ""
         words = (
-            f"{value:g} is {abs(rest[i, q]) / sigmas[i, q]:.1f} standard deviations from {expected:.4g}, which the "
-            f"other quantities of the unit give ({', '.join(label_of(n) for n in table if n != quantity)}){near}"
+            f"{value:g} is {off[own]:.1f} standard deviations from {middle:.4g}, which the other quantities of the "
+            f"unit give ({', '.join(label_of(name) for name in names if name != quantity)}){near}"
         )
-        found[str(table.index[i])] = (value - expected, abs(beyond - expected), words)
+        found[str(table.index[i])] = Alarm(UNLIKE, 0, 0, value - middle, abs(beyond - middle), 1, evidence=words)
     return found

@@ -1,6 +1,7 @@
 """One quantity over time: control charts of every group against a baseline, alarms in words, capability."""
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +19,6 @@ from accept.fleet.process_control.control_chart import (
     LEAST,
     NELSON,
     SHIFT,
-    UNLIKE,
     VALUE,
     Alarm,
     Baseline,
@@ -57,26 +57,12 @@ class StoredBaseline:
         return Baseline(self.stated.mean, self.stated.sigma, self.stated.n, self.stated.left_out)
 
 
-@dataclass(frozen=True)
-class LimitStage:
-    """The units that one revision of the limits judged, from their first to their last day; spec: by which;
-    capability: None for too few, or without limits."""
-
-    since: str
-    until: str
-    spec: str
-    n: int
-    lower: float | None
-    upper: float | None
-    capability: Capability | None
-
-
 @dataclass(frozen=True, eq=False)
 class Trend:
     """One group. rows: first attempts in the order of measurement; compared (K,): indices of those that the chart
     compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
-    and `why` then; alarms: of the chart and of equal values, by the indices of rows; stages: of the
-    limits, if they changed; baseline: the stored one, if there is one; scale: on which the values are compared
+    and `why` then; alarms: of the chart and of equal values, by the indices of rows; stages: if the limits changed, a
+    document for each revision; baseline: the stored one, if there is one; scale: on which the values are compared
     (`accept.fleet.process_control.scale`)."""
 
     name: str
@@ -87,7 +73,7 @@ class Trend:
     chart: Chart | None
     alarms: tuple[Alarm, ...]
     capability: Capability | None
-    stages: tuple[LimitStage, ...]
+    stages: tuple[dict[str, Any], ...]
     baseline: StoredBaseline | None
     false_alarms: float
     scale: str
@@ -126,7 +112,7 @@ def _trend(
     rows: pd.DataFrame,
     baseline: StoredBaseline | None,
     nelson_rules: tuple[int, ...],
-    unlike: Mapping[str, tuple[float, float, str]],
+    unlike: Mapping[str, Alarm],
 ) -> Trend:
     units = rows["unit"].unique()
     if len(units) > 1:
@@ -140,76 +126,71 @@ def _trend(
         rows, equal = rows[gone:], equal[gone:]
         runs = [replace(run, at=run.at[run.at >= gone] - gone) for run in runs if run.at[-1] >= gone]
     compared = np.flatnonzero(~equal)
-    values, why = rows["value"].to_numpy()[compared], []
+    values, unit = rows["value"].to_numpy()[compared], str(units[0])
+    everywhere, found, why = labels_of(rows), list[Alarm](), list[str]()
     control, cap, rate = None, None, 0.0
     scale = baseline.stated.scale if baseline is not None else scale_of(values)
     if equal.any():
         why.append(f"{equal.sum()} equal values are not used for the limits")
     if values.size >= LEAST or (baseline is not None and values.size):
-        labels = {column: of[compared] for column, of in labels_of(rows).items()}
+        labels = {column: of[compared] for column, of in everywhere.items()}
         process, of_places = baseline.process if baseline else None, _baselines_of_places(before, scale)
         control = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
         control = as_measured(control, values, scale)
         rate = false_alarm_rate(values.size, process.n if process else None, nelson_rules)
-    elif baseline is not None:
-        why.append(f"no unit since the baseline ended on {baseline.stated.until}")
-    else:
-        why.append(f"{values.size} values: a control chart needs {LEAST}")
-    found, everywhere = _alarms(control, compared, runs, rows["value"].to_numpy()), labels_of(rows)
-    if control is not None:
-        of_compared = {column: of[compared] for column, of in everywhere.items()}
-        why += coarse_meters(values, of_compared, str(units[0]))
-        if mixed := mixture(values, control.level, scale, of_compared, str(units[0])):
+        why += coarse_meters(values, labels, unit)
+        if mixed := mixture(values, control.level, scale, labels, unit):
             by, alarm = mixed
             if by in METERS:  # two meters that differ are two charts, no alarm
                 why.append(alarm.evidence)
             else:
                 found.append(replace(alarm, first=int(compared[0]), last=int(compared[-1])))
+    elif baseline is not None:
+        why.append(f"no unit since the baseline ended on {baseline.stated.until}")
+    else:
+        why.append(f"{values.size} values: a control chart needs {LEAST}")
+    found += _alarms(control, compared, runs, rows["value"].to_numpy())
     found = _with_unlike(found, rows["serial"].astype(object).tolist(), unlike)
     placed = (replace(alarm, same=same_places(alarm.place, everywhere)) for alarm in found)
     alarms = tuple(sorted(placed, key=lambda a: (a.first, a.rule)))
-    limits, stages = rows[["lower", "upper"]].drop_duplicates(), tuple[LimitStage, ...]()
+    revisions = [part for _, part in rows.groupby(["lower", "upper"], sort=False, dropna=False)]
+    stages = tuple(map(_stage, revisions)) if len(revisions) > 1 and not equal.any() else ()
     if equal.any():
         why.append(f"no capability: {equal.sum()} of {equal.size} values are runs of equal ones, not a spread")
-    elif len(limits) > 1:
+    elif stages:
         why.append("the limits changed: no capability over both")
-        stages = tuple(_stage(part) for _, part in rows.groupby(["lower", "upper"], sort=False, dropna=False))
-    elif len(limits):
-        lower, upper = (None if np.isnan(v) else float(v) for v in limits.iloc[0])
+    elif revisions:
         try:
-            cap = capability(values, lower, upper)
+            cap = capability(values, **_limits(rows))
         except ValueError as e:
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, alarms)
-    return Trend(
-        name, quantity, str(units[0]), rows, compared, control, alarms, cap, stages, baseline, rate, scale, tuple(why)
-    )
+    return Trend(name, quantity, unit, rows, compared, control, alarms, cap, stages, baseline, rate, scale, tuple(why))
 
 
-def _with_unlike(
-    found: list[Alarm], serials: Sequence[str], unlike: Mapping[str, tuple[float, float, str]]
-) -> list[Alarm]:
+def _with_unlike(found: Sequence[Alarm], serials: Sequence[str], unlike: Mapping[str, Alarm]) -> list[Alarm]:
     """Return alarms with those of values that are unlike the others of their unit; a value that is gross as well has
     one alarm."""
-    at = {serial: i for i, serial in enumerate(serials) if serial in unlike}
-    gross = {alarm.first for alarm in found if alarm.rule == VALUE}
-    evidence = {i: unlike[serial][2] for serial, i in at.items()}
-    found = [replace(a, evidence=evidence.get(a.first, "")) if a.rule == VALUE else a for a in found]
-    more = ((i, *unlike[serial]) for serial, i in at.items() if i not in gross)
-    return found + [
-        Alarm(UNLIKE, i, i, "up" if size > 0 else "down", size, U, 1, evidence=words) for i, size, U, words in more
-    ]
+    at = {i: unlike[serial] for i, serial in enumerate(serials) if serial in unlike}
+    gross = {a.first for a in found if a.rule == VALUE}
+    said = [replace(a, evidence=at[a.first].evidence) if a.rule == VALUE and a.first in at else a for a in found]
+    return said + [replace(alarm, first=i, last=i) for i, alarm in at.items() if i not in gross]
 
 
-def _stage(rows: pd.DataFrame) -> LimitStage:
-    lower, upper = (None if np.isnan(v) else float(v) for v in rows[["lower", "upper"]].iloc[0])
-    try:
-        made = capability(rows["value"].to_numpy(), lower, upper)
-    except ValueError:
-        made = None
+def _limits(rows: pd.DataFrame) -> dict[str, float | None]:
+    return {name: None if np.isnan(rows[name].iloc[0]) else float(rows[name].iloc[0]) for name in ("lower", "upper")}
+
+
+def _stage(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return the units that one revision of the limits judged as a document: from their first to their last day, by
+    which specs, with which limits; capability: null for too few, or without limits."""
     since, until = (f"{rows['day'].iloc[i]:%Y-%m-%d}" for i in (0, -1))
-    return LimitStage(since, until, ", ".join(sorted(set(rows["spec"]))), len(rows), lower, upper, made)
+    limits, indices = _limits(rows), None
+    with suppress(ValueError):
+        indices = _indices(capability(rows["value"].to_numpy(), **limits))
+    spec = ", ".join(sorted(set(rows["spec"])))
+    return {"since": since, "until": until, "spec": spec, "n": len(rows), **limits, "capability": indices}
 
 
 def _alarms(made: Chart | None, compared: NDArray[np.intp], runs: Sequence[EqualRun], values: Array) -> list[Alarm]:
@@ -221,7 +202,7 @@ def _alarms(made: Chart | None, compared: NDArray[np.intp], runs: Sequence[Equal
     for run in runs:
         size = float(values[run.at[0]] - (made.baseline.mean if made else values.mean()))
         ends = int(run.at[0]), int(run.at[-1])
-        found.append(Alarm(EQUAL, *ends, None, size, 0.0, run.at.size, run.place, run.usual))
+        found.append(Alarm(EQUAL, *ends, size, 0.0, run.at.size, run.place, run.usual))
     return found
 
 
@@ -344,9 +325,7 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "sigma_within": cap.sigma_within if cap else None,
         "sigma_overall": cap.sigma_overall if cap else None,
         **_indices(cap),
-        "stages": [
-            {**vars(stage), "capability": stage.capability and _indices(stage.capability)} for stage in t.stages
-        ],
+        "stages": list(t.stages),
         "in_control": t.chart is not None and not t.alarms,
         "normal": cap.normal if cap else None,
         "p_normal": cap.p_normal if cap else None,
@@ -393,20 +372,10 @@ def _baseline_document(t: Trend) -> dict[str, Any] | None:
 def _alarm_documents(t: Trend) -> list[dict[str, Any]]:
     serials = t.rows["serial"].array
     return [
-        {
-            "rule": alarm.rule,
-            "first": serials[alarm.first],
-            "last": serials[alarm.last],
-            "direction": alarm.direction,
-            "size": alarm.size,
-            "U": alarm.U,
-            "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}",
-            "units": alarm.units,
-            "place": dict([alarm.place]) if alarm.place else None,
-            "words": alarm_words(t, alarm),
-        }
+        {**alarm.document(serials), "since": f"{t.rows['day'].iloc[alarm.first]:%Y-%m-%d}", "units": alarm.units,
+         "place": dict([alarm.place]) if alarm.place else None, "words": alarm_words(t, alarm)}
         for alarm in t.alarms
-    ]
+    ]  # fmt: skip
 
 
 def _points(rows: pd.DataFrame) -> list[dict[str, Any]]:
@@ -434,8 +403,7 @@ def chart_panels(trend: Trend) -> list[Panel]:
             Line(x[rang], values[rang], "beyond the limits", "points", "bad"),
             Line(at, control.level, "level", role="model"),
             Mark(control.baseline.mean, "y", f"mean of {'the baseline' if trend.baseline else 'these units'}", "quiet"),
-            Mark(control.lower, "y", "limits of one value", "bad"),
-            Mark(control.upper, "y", "", "bad"),
+            *limits_of_one_value(control),
             *(Mark(float(x[i]), "x", "a shift begins", "bad") for i in begun),
         ]
     for bound in ("lower", "upper"):
@@ -447,11 +415,19 @@ def chart_panels(trend: Trend) -> list[Panel]:
     span = f", {days.iloc[0]:%Y-%m-%d} to {days.iloc[-1]:%Y-%m-%d}" if len(days) else ""
     title = label if trend.name == "all" else f"{label}, {trend.name}"
     order = f"unit, in order of measurement{span}"
-    drawn = [Panel(title, order, f"{label} [{trend.unit}]", tuple(items))]
-    if control is not None and control.sums is not None and control.sums_limit is not None:
-        ways = [
-            Line(at, sums, way) for sums, way in zip(control.sums.T, ("above the baseline", "below it"), strict=True)
-        ]
-        drawn.append(Panel(f"{title}: cumulative sums", order, "sum [standard deviations]",
-                           (*ways, Mark(control.sums_limit, "y", "a shift", "bad"))))  # fmt: skip
-    return drawn
+    drawn = Panel(title, order, f"{label} [{trend.unit}]", tuple(items))
+    return [drawn] if control is None else [drawn, *sums_panel(control, at, title, order, "the baseline")]
+
+
+def limits_of_one_value(made: Chart) -> list[Mark]:
+    """Return the marks of both limits of a chart."""
+    return [Mark(made.lower, "y", "limits of one value", "bad"), Mark(made.upper, "y", "", "bad")]
+
+
+def sums_panel(made: Chart, at: Array, title: str, order: str, of: str) -> list[Panel]:
+    """Return the panel of the cumulative sums of a chart, none if it has no sums. of: what they are above or below."""
+    if made.sums is None or made.sums_limit is None:
+        return []
+    ways = [Line(at, sums, way) for sums, way in zip(made.sums.T, (f"above {of}", "below it"), strict=True)]
+    limit = Mark(made.sums_limit, "y", "a shift", "bad")
+    return [Panel(f"{title}: cumulative sums", order, "sum [standard deviations]", (*ways, limit))]

@@ -107,10 +107,9 @@ def check_store(
                 ]
             judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
             path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
-            compared = [_copied(store, contents, again, path), reread(store, contents, signature)]
-            other = [Step(problem, complete=stated != certified)] if problem else []
-            compared += [*_built(store, contents), _sound(store, contents, signature)]
+            compared = [*_reserved(store, contents, again, signature, path), *_parts(store, contents)]
             compared += _newer_spec(contents, signatures[0].when, roots)
+            other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
@@ -195,6 +194,10 @@ def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = (
     """Return the last decisions about these nonconformances, and those that release no unit, whatever holds it now."""
     last = {words: each for each in given for words in each.nonconformances}
     return [*dict.fromkeys(d for w, d in last.items() if w in stated or d.disposition.choice not in RELEASING)]
+
+
+def _decided_words(decided: NonconformanceDecided) -> str:
+    return f"quality assurance decided: {CHOICES[decided.disposition.choice]}"
 
 
 def _unread(events: Iterable[Event]) -> list[Step]:
@@ -340,43 +343,57 @@ def _later(judged: Sequence[Event]) -> list[Step]:
     return [Step(f"this bench's store knows a later attempt: of {when} UTC, '{verdict}'", False, current=False)]
 
 
-def _copied(store: Store, contents: CertificateContent, again: UnitRecord | None, folder: str | None) -> Step:
-    """Check the recordings. Not complete if the store has a judgement by the same samples, of another unit, folder or
-    section, without a signed decision on where they belong. The samples are those of the attached records,
-    whatever the result states. folder: where the unit was judged, None if unknown."""
-    entry = contents.record
+def _reserved(
+    store: Store, contents: CertificateContent, again: UnitRecord | None, signature: Event | None, folder: str | None
+) -> Iterator[Step]:
+    """Compare what the store holds against recordings, parts and unit with what the certificate states of it. Not
+    complete if the store holds more, or has not what the certificate states in the unit's favour: a decision, a
+    recording that was read otherwise and passed. What was decided about a nonconformance that it states as open is said
+    beside its verdict; what was judged after the store had the signature is a later attempt.
+
+    The samples are those of the attached records too, whatever the result states. folder: where the unit was judged,
+    None if unknown."""
+    entry, serial, is_held = contents.record, contents.serial, signature is not None
     samples = {**entry.samples, **(again.samples if again is not None else {})}
-    if not samples:
-        return Step("")
-    found = copies_of(store, contents.serial, folder, samples)
-    stated = {copy["sample"] for copy in entry.copies if copy["withheld"]}
-    counted = [copy for copy in found if copy["withheld"] and copy["sample"] not in stated]
-    if not counted:
-        return Step("the bench's store holds its recordings for no other unit")
-    others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in counted)
-    same = "; ".join(f"{copy['sample']} is also {where}" for copy, where in zip(counted, others, strict=True))
-    words = "its recordings were given for other units too, or elsewhere, without a decision of quality assurance"
-    return Step(f"{words}: {same}", complete=False)
-
-
-def reread(store: Store, contents: CertificateContent, signature: Event | None = None) -> Step:
-    """Check how the recordings were read. Not complete if the store has a judgement that read one otherwise and did not
-    pass, and the certificate does not state it; nor if it states one beside a pass that its own store has not."""
-    entry = contents.record
-    found = rereadings(store, contents.serial, entry.samples, entry.findings, contents.inputs)
+    withheld = {copy["sample"] for copy in entry.copies if copy["withheld"]}
+    copies = [c for c in copies_of(store, serial, folder, samples) if c["withheld"] and c["sample"] not in withheld]
+    if samples and not copies:
+        yield Step("the bench's store holds its recordings for no other unit")
+    others = (", ".join(f"{other['serial']} {other['sample']}" for other in copy["with"]) for copy in copies)
+    same = [f"{copy['sample']} is also {where}" for copy, where in zip(copies, others, strict=True)]
+    where = "for other units too, or elsewhere, without a decision of quality assurance"
+    yield from _lacks(f"its recordings were given {where}", same)
+    read = rereadings(store, serial, entry.samples, entry.findings, contents.inputs)
     passed = {f.quantity for f in entry.findings if f.verdict is Verdict.PASS}
-    new = [r["words"] for q, r in found.items() if r["was"] != Verdict.PASS and q in passed]
-    stated = entry.rereadings.items() if signature is not None else ()
-    new += [f"not '{r['words']}'" for q, r in stated if r["was"] == Verdict.PASS and found.get(q) != r]
-    words = "the bench's store has the same recording, read otherwise"
-    return Step(f"{words}: {'; '.join(new)}", complete=False) if new else Step("")
+    otherwise = [r["words"] for quantity, r in read.items() if r["was"] != Verdict.PASS and quantity in passed]
+    favours = [(q, r) for q, r in entry.rereadings.items() if is_held and r["was"] == Verdict.PASS]
+    otherwise += [f"not '{r['words']}'" for quantity, r in favours if read.get(quantity) != r]
+    yield from _lacks("the bench's store has the same recording, read otherwise", otherwise)
+    doubts = [words for words in part_doubts(store, entry) if words not in entry.part_doubts]
+    yield from _lacks("the bench's store casts doubt on its parts", doubts)
+    approved = (contents.stated.approval or {}).get("time")
+    approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
+    now = standing(store, serial, {}, entry, None if signature is None else signature.seq, approval=approval)
+    given = [*map(NonconformanceDecided.from_json, entry.dispositions)]
+    known = {*entry.nonconformances, *(words for each in given for words in each.nonconformances)}
+    unknown = [words_of(each) for each in given if is_held and each not in now.decided]
+    yield from _lacks("the bench's store holds no such decision", unknown)
+    undecided = [words for words in now.open if words not in entry.nonconformances]
+    yield from _lacks("the bench's store holds a nonconformance without a decision", undecided)
+    released = [words for each in now.released for words in each.nonconformances if words not in known]
+    yield from _lacks("the bench's store holds a nonconformance that it does not state", released)
+    later = _decided(now.decided, entry.nonconformances)
+    yield Step("; ".join(map(words_of, later)), remark="; ".join(map(_decided_words, later)))
 
 
-def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
-    """Check the parts: what the store holds against them now, and what held before the judgement that accepted them."""
-    found, parts = part_doubts(store, contents.record), contents.record.parts
-    if new := [words for words in found if words not in contents.record.part_doubts]:
-        yield Step(f"the bench's store casts doubt on its parts: {'; '.join(new)}", complete=False)
+def _lacks(words: str, found: Sequence[str]) -> Iterator[Step]:
+    if found:
+        yield Step(f"{words}: {'; '.join(found)}", complete=False)
+
+
+def _parts(store: Store, contents: CertificateContent) -> Iterator[Step]:
+    """Yield what the store has of the parts and raises no doubt: what held before the judgement that accepted each."""
+    parts = contents.record.parts
     for name, part in sorted(parts.items()):
         events, last = list(counted(store, store.events(part))), store.latest(part, UnitJudged.KIND)
         yield from _unread(events)
@@ -385,31 +402,8 @@ def _built(store: Store, contents: CertificateContent) -> Iterator[Step]:
             said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
-        decided = _decided(standing(store, part, {}).decided)
-        said += [f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in decided]
+        said += map(_decided_words, _decided(standing(store, part, {}).decided))
         said += ["stands in two places"] if [*map(spelling_key, parts.values())].count(spelling_key(part)) > 1 else []
         others = [quoted(one) for one in store.naming(part) if one != contents.serial]
         said += [f"has stood in {listed(others)}"] if others else []
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
-
-
-def _sound(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
-    """Check the unit itself. Not complete if the store has a nonconformance that the certificate does not state, open
-    or released, or has not a decision that it states; what was decided about one that it states as open is said beside
-    its verdict. What was judged after the store had the signature is a later attempt."""
-    entry = contents.record
-    stated, dispositions = entry.nonconformances, entry.dispositions
-    known = {*stated, *(words for given in dispositions for words in given["nonconformances"])}
-    approved = (contents.stated.approval or {}).get("time")
-    approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
-    now = standing(store, contents.serial, {}, entry, None if signature is None else signature.seq, approval=approval)
-    unknown = [g for g in map(NonconformanceDecided.from_json, dispositions) if signature and g not in now.decided]
-    if unknown:
-        return Step(f"the bench's store holds no such decision: {words_of(unknown[0])}", complete=False)
-    if new := [words for words in now.open if words not in stated]:
-        return Step(f"the bench's store holds a nonconformance without a decision: {'; '.join(new)}", False)
-    if new := [words for decided in now.released for words in decided.nonconformances if words not in known]:
-        return Step(f"the bench's store holds a nonconformance that it does not state: {'; '.join(new)}", False)
-    later = _decided(now.decided, stated)
-    remark = "; ".join(f"quality assurance decided: {CHOICES[each.disposition.choice]}" for each in later)
-    return Step("; ".join(words_of(each) for each in later), remark=remark)

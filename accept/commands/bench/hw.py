@@ -16,11 +16,12 @@ from accept.base.console import say
 from accept.base.documents.listings import BenchListing, InstrumentAsked, InstrumentListed, InstrumentsAsked
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.plain_text import listed
 from accept.capture.operator_actions import OperatorActions, Person, Player, StagedOperator
 from accept.capture.recipes import RECIPES
 from accept.capture.recorded import RECORDED
 from accept.capture.watch_folder import STABLE_S, WatchedFolder, declared_file, pick_up
-from accept.commands.answer import PLAIN, Answer, File, Remark, command, first_of, refusal, table
+from accept.commands.answer import PLAIN, Answer, File, Remark, command, refusal, table
 from accept.commands.options import JsonAnswer
 from accept.commands.trust.bench_keys import who_acts
 from accept.store import open_store
@@ -279,7 +280,7 @@ def pickup(
     watch, until = WatchedFolder(watched, STABLE_S, old), time.monotonic() + wait
     say(f"waiting for {len(records)} record{'s' * (len(records) > 1)} in {watched}, at most {wait:g} s")
     if watch.not_offered:
-        say(f"there already, and taken with --old only: {first_of(watch.not_offered, 5)}")
+        say(f"there already, and taken with --old only: {listed(watch.not_offered, 5)}")
     left = list(records)
     for source in _arriving(watch, until):
         fitting = [one for one in records if one.fits(source.name)]

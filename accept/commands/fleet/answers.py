@@ -5,13 +5,13 @@ from types import MappingProxyType
 from typing import Any
 
 import pandas as pd
-from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 from rich.text import Text
 
 from accept.base.console import stdout
 from accept.base.names import shown_name
-from accept.commands.answer import File, Remark, csv_of, first_of, table
+from accept.base.plain_text import listed
+from accept.commands.answer import SPACED, File, Remark, csv_of, table
 from accept.commands.fleet.options import JudgementFilter, Outputs
 from accept.fleet.errors import FleetError
 from accept.fleet.findings_file import HELD_BY, NOT_STATED
@@ -62,7 +62,7 @@ def left_out(frame: pd.DataFrame) -> Iterator[Remark]:
         attempts = frame[rows].drop_duplicates("seq")
         named = [f"{row['serial']} attempt {row['attempt']}" for row in attempts.to_dict("records")]
         if named:
-            yield Remark(f"{len(named)} {words} and not counted: {first_of(named)}")
+            yield Remark(f"{len(named)} {words} and not counted: {listed(named, 10)}")
     if words := golden_left_out(frame[frame[GOLDEN]]):
         yield words
 
@@ -76,11 +76,11 @@ def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[
     """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or an empty cell. document: JSON in
     place of the rows."""
 
-    def listed() -> bytes:
+    def records() -> bytes:
         return (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode()
 
     return (
-        File(outputs.json, listed if document is None else document),
+        File(outputs.json, records if document is None else document),
         File(outputs.csv, lambda: csv_of(frame)),
     )
 
@@ -93,7 +93,7 @@ def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingPr
         [Text(_label_words(n, _cell_text(v, formats.get(n)))) for n, v in zip(names, row, strict=True)]
         for row in frame.itertuples(index=False)
     )
-    return table(map(_column, names), shown, title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    return table(map(_column, names), shown, title=title, **SPACED)
 
 
 def _column(name: str) -> Column:

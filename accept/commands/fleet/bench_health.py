@@ -19,7 +19,7 @@ from accept.commands.trust.bench_keys import decision_signer, who_acts
 from accept.fleet import gauge, golden, golden_chart
 from accept.fleet.errors import FleetError
 from accept.fleet.golden_check import check as check_goldens
-from accept.fleet.measurements import counted, measurements, measurements_of, of_quantity
+from accept.fleet.measurements import counted, measurements, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES
 from accept.store import open_store
@@ -53,11 +53,11 @@ def gauge_study(
         frame = _read(table, gauge.COLUMNS)
     else:
         with open_store() as store:
-            frame = chosen(measurements_of(store, str(wanted.quantity)), choice)
+            frame = chosen(of_quantity(measurements(store), str(wanted.quantity)), choice)
         frame = frame[frame["study"] == wanted.study] if wanted.study else counted(frame)
         if frame.empty:
             raise FleetError(f"the store holds no judgement of a study '{wanted.study}'; [origin] study names it")
-        frame = gauge.from_store(of_quantity(frame, str(wanted.quantity)))
+        frame = gauge.from_store(frame)
     found = gauge.study(frame)
     document = gauge.document(found, wanted.tolerance, frame)
     components = pd.DataFrame(document["components"])
@@ -198,26 +198,23 @@ def golden_charts(
     day; exit 4 at an alarm."""
     with open_store() as store:
         charts = golden_chart.golden_trends(store, serial, quantity)
-        named = sorted(golden.goldens(store))
-        frame = measurements(store) if any(each.chart.alarms for each in charts) else None
-    if not charts:
-        asked = " ".join(word for word in (serial, quantity) if word) or "any"
-        raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {', '.join(named) or 'none'}")
+        if not charts:
+            asked = " ".join(word for word in (serial, quantity) if word) or "any"
+            named = ", ".join(sorted(golden.goldens(store))) or "none"
+            raise FleetError(f"no comparison of a golden unit ({asked}); golden units: {named}")
+        rings = any(each.chart.alarms for each in charts)
+        doubted = golden_chart.judged_in_doubt(measurements(store), charts) if rings else pd.DataFrame()
     documents = [golden_chart.document(each) for each in charts]
     shown = ("golden", "quantity", "bench", "n", "mean", "repeatability", "reference")
     table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
-    columns = ["serial", "day", "operator", "bench", "quantity", "value", "verdict", "why"]
-    listed = None if frame is None else golden_chart.judged_in_doubt(frame, charts)[columns]
     return Answer(
         rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
         *(alarm["words"] for d in documents for alarm in d["alarms"]),
         *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
-        None if listed is None else rows(listed, f"{listed['serial'].nunique()} units judged since the last good day"),
-        *files(outputs, pd.DataFrame() if listed is None else listed, documents),
-        picture(
-            plot, lambda: [p for each in charts for p in golden_chart.golden_panels(each)], columns=2, announced=True
-        ),
-        exit=Exit.INCOMPLETE if frame is not None else Exit.ACCEPTED,
+        rows(doubted, f"{doubted['serial'].nunique()} units judged since the last good day") if rings else None,
+        *files(outputs, doubted, documents),
+        picture(plot, lambda: [p for c in charts for p in golden_chart.golden_panels(c)], columns=2, announced=True),
+        exit=Exit.INCOMPLETE if rings else Exit.ACCEPTED,
     )
 
 

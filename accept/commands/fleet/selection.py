@@ -9,7 +9,8 @@ from typer import Option
 from accept.base.cluster.connect import connected
 from accept.base.console import say
 from accept.base.exit_codes import Exit
-from accept.commands.answer import Answer, Remark, command, first_of
+from accept.base.plain_text import listed
+from accept.commands.answer import Answer, Remark, command
 from accept.commands.fleet.answers import files, golden_left_out, rows
 from accept.commands.fleet.options import MatchOptions, Outputs
 from accept.commands.options import ClusterAt
@@ -49,7 +50,7 @@ def rejudge(
     more = f"the first {SHOWN} are shown; --csv FILE or --json FILE has all {len(flips)}"
     by_values = (
         f"{len(not_measured)} of {judged} units were not measured again, but compared by their stored values: "
-        f"their folders are gone, cannot be read or no longer hold what was judged ({first_of(sorted(not_measured))})"
+        f"their folders are gone, cannot be read or no longer hold what was judged ({listed(sorted(not_measured), 10)})"
     )
     limits_only = "stored values were compared with the new limits; changed settings of a check need --records"
     return Answer(
@@ -85,7 +86,7 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Answer:
     if words := golden_left_out(frame[frame[GOLDEN] & (frame["kind"] == kind)]):
         say(words)
     for why, serials in units.left_out.items():
-        say(f"left out, {why}: {first_of(serials)}")
+        say(f"left out, {why}: {listed(serials, 10)}")
     found = matched_sets.choose(units, size, sets)
     chosen = pd.DataFrame(
         {"set": number, "serial": units.serials[i], **dict(zip(units.quantities, units.values[i], strict=True))}

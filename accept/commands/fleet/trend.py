@@ -1,6 +1,6 @@
 """`accept trend`: control charts of a quantity."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -22,6 +22,8 @@ from accept.fleet.measurements import CHECKED, instrument_checks, measurements
 from accept.fleet.process_control.control_chart import NELSON, Baseline
 from accept.pictures.labels import label_and_name
 from accept.store import open_store
+
+STAGE = ("group", "spec", "since", "until", "n", "lower", "upper", "Cpk", "Ppk")
 
 
 @command
@@ -61,10 +63,10 @@ def trend(
     documents = [trends.summary(t, points=outputs.json is not None or outputs.csv is not None) for t in charts]
     points = pd.DataFrame([p | {"group": d["group"]} for d in documents for p in d["points"]])
     drawn = [t for t in charts if len(t.rows)]
-    stages = _stages(documents)
+    stages = [{"group": d["group"], **s, **_indices(s["capability"])} for d in documents for s in d["stages"]]
     return Answer(
         rows(pd.DataFrame(map(_row, documents)), f"{label_and_name(quantity)} [{charts[0].unit}], first attempts"),
-        rows(stages, "capability by revision of the limits") if len(stages) else None,
+        rows(pd.DataFrame(stages, columns=STAGE), "capability by revision of the limits") if stages else None,
         *(line for pair in zip(charts, documents, strict=True) for line in _lines(*pair)),
         *files(outputs, points, documents),
         picture(plot, lambda: [each for t in drawn for each in trends.chart_panels(t)], columns=1, announced=True)
@@ -105,31 +107,25 @@ def _rules(text: str | None) -> list[int]:
     return rules
 
 
-def _index(document: Mapping[str, Any], name: str) -> str | None:
-    value, lo, hi = (document[f"{name}{end}"] for end in ("", "_lo", "_hi"))
-    return None if value is None else f"{value:.2f} ({lo:.2f} to {hi:.2f})"
-
-
-def _stages(documents: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return a row for each revision of the limits of each group."""
-    return pd.DataFrame(
-        {"group": document["group"],
-         **{name: stage[name] for name in ("spec", "since", "until", "n", "lower", "upper")},
-         **{name: stage["capability"] and _index(stage["capability"], name) for name in ("Cpk", "Ppk")}}
-        for document in documents
-        for stage in document["stages"]
-    )  # fmt: skip
-
-
 def _row(document: Mapping[str, Any]) -> dict[str, object]:
+    spreads = {name: document[name] for name in ("mean", "sigma_within", "sigma_overall")}
     return {
         "group": document["group"],
         "units": document["n"],
-        "mean": document["mean"],
-        "sigma_within": document["sigma_within"],
-        "sigma_overall": document["sigma_overall"],
-        **{name: _index(document, name) for name in ("Cpk", "Ppk")},
+        **spreads,
+        **_indices(document),
         "alarms": len(document["alarms"]),
+    }
+
+
+def _indices(document: Mapping[str, Any] | None) -> dict[str, str | None]:
+    """Return Cpk and Ppk with their intervals, None for those that are not known."""
+    known = document or dict.fromkeys(("Cpk", "Ppk"))
+    return {
+        name: f"{value:.2f} ({known[f'{name}_lo']:.2f} to {known[f'{name}_hi']:.2f})"
+        if (value := known[name]) is not None
+        else None
+        for name in ("Cpk", "Ppk")
     }
 
 

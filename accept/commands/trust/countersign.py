@@ -24,7 +24,7 @@ from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import qa_credential
-from accept.commands.trust.verify import VerifyOptions, certificates_in, verifier, verify_one_of_many
+from accept.commands.trust.verify import VerifyOptions, verified, verifier
 from accept.store import DATABASE, StoreError, open_store
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
@@ -51,7 +51,7 @@ def run(
     if len(certificates) > 1 or certificates[0].is_dir():
         if disposition:
             raise DispositionError("--disposition is about one unit: countersign its certificate alone")
-        return _many(certificates_in(certificates), passphrase_file, records, tsa, known)
+        return _many(certificates, passphrase_file, records, tsa, known)
     content = read_certificate(certificates[0])
     before = verifier(VerifyOptions(records=records))(content)
     for line in before.details:
@@ -81,15 +81,14 @@ def _credential(passphrase_file: Path | None, because: str, tsa: str | None) -> 
 
 
 def _many(
-    paths: Sequence[Path], passphrase_file: Path | None, records: Path | None, tsa: str | None, known: int
+    certificates: Sequence[Path], passphrase_file: Path | None, records: Path | None, tsa: str | None, known: int
 ) -> Answer:
     """Show each certificate verified, ask for the passphrase once, and countersign those that are valid and of accepted
     units. The others are left as they are and named: each needs a look of its own."""
     wait = dict[Path, tuple[bytes, Verification]]()
-    left = list[str]()
-    verify = verifier(VerifyOptions(records=records))
-    for path in paths:
-        content, found = verify_one_of_many(path, verify)
+    left, total = list[str](), 0
+    for path, content, found in verified(certificates, verifier(VerifyOptions(records=records))):
+        total += 1
         say(f"  {one_line(str(path))}: {found.serial} {found.verdict or ''}: {found.reason}")
         if not found.valid:
             left.append(f"{one_line(str(path))}: {found.reason}")
@@ -101,7 +100,7 @@ def _many(
             wait[path] = content, found
     signed, by = 0, ""
     if wait:
-        say(f"  {len(wait)} of {len(paths)} can be countersigned")
+        say(f"  {len(wait)} of {total} can be countersigned")
         credential = _credential(passphrase_file, "", tsa)
         by = f" by {credential.person}"
         with open_store() as store:
@@ -111,5 +110,5 @@ def _many(
                     signed += 1
                 except (AcceptError, OSError) as e:  # also of a second certificate of one unit
                     left.append(f"{one_line(str(path))}: {e}")
-    words = f"{signed} of {len(paths)} countersigned{by}"
+    words = f"{signed} of {total} countersigned{by}"
     return Answer(*left, Remark(words), exit=Exit.INCOMPLETE if left else Exit.ACCEPTED)

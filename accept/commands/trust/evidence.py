@@ -1,6 +1,6 @@
 """`accept evidence`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -28,7 +28,7 @@ def run(
     with open_store() as store, busy("writing the evidence"):
         certified = (event.subject for event in store.last_of_each(CertificateSigned.KIND))
         serials = dict.fromkeys(_serials(units) if units else certified)
-        made = write_evidence(store, out, serials, home(), event_line, _csv)
+        made = write_evidence(store, out, serials, home(), event_line, csv_of)
     return Answer(
         *made.missing,
         f"{len(made.files)} files about {len(made.units)} units in {out}",
@@ -42,9 +42,3 @@ def _serials(given: Sequence[str]) -> Iterator[str]:
 
     for each in given:
         yield from sorted(serials_in(Path(each))) if Path(each).is_file() else (each,)
-
-
-def _csv(rows: Sequence[Mapping[str, object]]) -> bytes:
-    import pandas as pd  # loaded where a table is written
-
-    return csv_of(pd.DataFrame(list(rows)))

@@ -13,6 +13,7 @@ from accept.fleet import goldens, not_counted
 from accept.store import Store, StoreError, open_store, touched
 from accept.store.payloads import GoldenMet, payload_of
 
+COLUMNS = ["unit", "time", "what", "event"]
 TITLES = ("unit", "when (UTC)", "what", "event")
 
 
@@ -40,16 +41,10 @@ def run(
     golden = [touch.unit for touch in within if touch.unit in named and touch.how.startswith("judged")]
     units = sorted({touch.unit for touch in touches})
     listed = [TouchListed(touch.unit, touch.time, touch.how, touch.seq) for touch in touches]
-    recalled = Recall(
-        instrument,
-        first_day.isoformat(),
-        bool(ever),
-        tuple(units),
-        tuple(listed),
-        last_day.isoformat() if until else None,
-    )
+    end = last_day.isoformat() if until else None
+    recalled = Recall(instrument, first_day.isoformat(), bool(ever), tuple(units), tuple(listed), end)
     rows = [(touch.unit, touch.time[:19], touch.how, str(touch.seq)) for touch in touches]
-    head = Remark(not_counted(len(golden), golden)), File(json, recalled), File(csv, lambda: _csv(rows))
+    head = Remark(not_counted(len(golden), golden)), File(json, recalled), File(csv, lambda: csv_of(rows, COLUMNS))
     if not ever:
         words = f"no unit was ever touched by an instrument '{instrument}': is its serial number right?"
         return Answer(*head, Remark(words), exit=Exit.INCOMPLETE)
@@ -66,9 +61,3 @@ def _last_good_day(store: Store) -> datetime.date:
     if not days:
         raise StoreError("no golden unit was ever compared and found right at this bench: name the day with --since")
     return datetime.date.fromisoformat(max(days))
-
-
-def _csv(rows: list[tuple[str, str, str, str]]) -> bytes:
-    import pandas as pd  # loaded where a table is written
-
-    return csv_of(pd.DataFrame(rows, columns=["unit", "time", "what", "event"]))

@@ -1,6 +1,6 @@
 """`accept verify`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -76,11 +76,12 @@ def run(
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
     if len(certificates) > 1 or certificates[0].is_dir():
-        evidence = evidence_in(certificates[0]) if len(certificates) == 1 else None
-        package = None if evidence is None else _Package(certificates[0], evidence)
-        verify = verifier(options if package is None else package.trusting(options))
-        found = [(path, verify_one_of_many(path, verify)[1]) for path in certificates_in(certificates)]
-        return _of_many([(*each, _unmet_requirements(each[1], required, wanted_spec)) for each in found], json, package)
+        package = evidence_in(certificates[0]) if len(certificates) == 1 else None
+        verify = verifier(options if package is None else _trusting(options, certificates[0]))
+        looked_at = verified(certificates, verify)
+        found = [(path, report, _unmet_requirements(report, required, wanted_spec)) for path, _, report in looked_at]
+        lines, exit = ([], Exit.ACCEPTED) if package is None else _state(certificates[0], package)
+        return _of_many(found, json, certificates[0] / SUPERSEDED if package else None, lines, exit)
     with busy(f"{certificates[0].name}: judging again"):
         report = verifier(options)(read_certificate(certificates[0]))
     missing = _unmet_requirements(report, required, wanted_spec)
@@ -94,60 +95,49 @@ def run(
     )
 
 
-@dataclass(frozen=True)
-class _Package:
-    """A folder that `accept evidence` wrote, and its statement about itself."""
-
-    folder: Path
-    stated: EvidenceFolder
-
-    def trusting(self, options: VerifyOptions) -> VerifyOptions:
-        """Return the options with what lies in the folder where nothing else is named. A bench that has keys trusts its
-        own authority."""
-        own, listed = self.folder / AUTHORITY, self.folder / LIST
-        return replace(
-            options,
-            trust=options.trust or ([own] if own.is_file() and not keys.exist(home()) else None),
-            log=options.log or ([listed] if listed.is_file() else None),
-            tsa_trust=options.tsa_trust or sorted(self.folder.glob("tsa*.pem")) or None,
-        )
-
-    def holds_replaced(self, path: Path) -> bool:
-        """Return whether a certificate is one that a later one replaces, which every list says."""
-        return path.parent == self.folder / SUPERSEDED
-
-    def words(self) -> tuple[list[str], Exit]:
-        """Return what is wrong with the folder, what it lacks, and whose authority it brings."""
-        wrong, own = list(differences(self.folder, self.stated)), self.folder / AUTHORITY
-        lines = [*wrong, *(f"missing since it was made: {words}" for words in self.stated.missing)]
-        if own.is_file():
-            digest = authority.fingerprint(keys.certificate_of(own))
-            where = "compare it with one that the laboratory gave you in another way"
-            lines.append(f"authority in this folder: sha256 {digest}; {where}")
-        return lines, Exit.REJECTED if wrong else Exit.INCOMPLETE if self.stated.missing else Exit.ACCEPTED
+def _trusting(options: VerifyOptions, folder: Path) -> VerifyOptions:
+    """Return the options with what lies in the folder of `accept evidence` where nothing else is named. A bench that
+    has keys trusts its own authority."""
+    own, listed = folder / AUTHORITY, folder / LIST
+    return replace(
+        options,
+        trust=options.trust or ([own] if own.is_file() and not keys.exist(home()) else None),
+        log=options.log or ([listed] if listed.is_file() else None),
+        tsa_trust=options.tsa_trust or sorted(folder.glob("tsa*.pem")) or None,
+    )
 
 
-def certificates_in(paths: Sequence[Path]) -> list[Path]:
-    """Return the files among paths and every PDF in the folders among them, each once, in the order of their names in a
-    folder. Raises CertificatesMissing for a folder without any."""
+def _state(folder: Path, stated: EvidenceFolder) -> tuple[list[str], Exit]:
+    """Return what is wrong with a folder of `accept evidence`, what it lacks, and whose authority it brings."""
+    wrong, own = list(differences(folder, stated)), folder / AUTHORITY
+    lines = [*wrong, *(f"missing since it was made: {words}" for words in stated.missing)]
+    if own.is_file():
+        digest = authority.fingerprint(keys.certificate_of(own))
+        where = "compare it with one that the laboratory gave you in another way"
+        lines.append(f"authority in this folder: sha256 {digest}; {where}")
+    return lines, Exit.REJECTED if wrong else Exit.INCOMPLETE if stated.missing else Exit.ACCEPTED
+
+
+def verified(
+    paths: Sequence[Path], verify: Callable[[bytes], Verification]
+) -> Iterator[tuple[Path, bytes, Verification]]:
+    """Yield the files among paths and every PDF in the folders among them, each once, in the order of their names in a
+    folder, with its bytes and its verification. One that cannot be read is not valid: the others are looked at. Raises
+    CertificatesMissing for a folder without any, before the first."""
     found = dict[Path, None]()
     for path in paths:
         inside = sorted(each for each in path.rglob("*") if each.suffix.lower() == ".pdf") if path.is_dir() else [path]
         if not inside:
             raise CertificatesMissing(f"{path}: holds no certificate (no file that ends in .pdf)")
         found.update(dict.fromkeys(inside))
-    return list(found)
-
-
-def verify_one_of_many(path: Path, verify: Callable[[bytes], Verification]) -> tuple[bytes, Verification]:
-    """Return the bytes of a file and its verification. One that cannot be read is not valid: the others are looked
-    at."""
-    try:
-        with busy(f"{path.name}: judging again"):
-            content = read_certificate(path)
-            return content, verify(content)
-    except OSError as e:
-        return b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
+    for path in found:
+        try:
+            with busy(f"{path.name}: judging again"):
+                content = read_certificate(path)
+                report = verify(content)
+        except OSError as e:
+            content, report = b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
+        yield path, content, report
 
 
 def _outcome(report: Verification) -> str:
@@ -162,34 +152,34 @@ def _exit(report: Verification, missing: Sequence[str]) -> Exit:
 
 
 def _of_many(
-    found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None, package: _Package | None
+    found: Sequence[tuple[Path, Verification, list[str]]],
+    json: Path | None,
+    replaced: Path | None,
+    lines: Sequence[str],
+    exit: Exit,
 ) -> Answer:
     """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
-    reason, a count, and the state of the folder if it is a package; the exit code is the worst."""
-    old = [
-        package is not None and package.holds_replaced(path) and report.outcome is not Validity.NOT_VALID
-        for path, report, _ in found
-    ]
-    lines, folder = package.words() if package else ([], Exit.ACCEPTED)
-    exits = [Exit.ACCEPTED if o else _exit(r, missing) for o, (_, r, missing) in zip(old, found, strict=True)]
-    wrong = [n for n, exit in enumerate(exits) if exit is not Exit.ACCEPTED]
-    shown = (
-        (one_line(str(path)), report.serial, str(report.verdict or ""), "replaced since" if o else _outcome(report),
-         ", ".join(f"{by.person} ({by.role})" for by in report.signatures))
-        for o, (path, report, _) in zip(old, found, strict=True)
-    )  # fmt: skip
-    worst = next((exit for exit in (Exit.REJECTED, Exit.INCOMPLETE) if exit in (*exits, folder)), Exit.ACCEPTED)
+    reason, a count, and lines about their folder; the exit code is the worst, that of the folder included. replaced:
+    folder of those that a later one replaces, which every list says."""
+    exits, rows, reasons = list[Exit](), list[tuple[str, ...]](), list[str]()
+    for path, report, missing in found:
+        name, by = one_line(str(path)), ", ".join(f"{by.person} ({by.role})" for by in report.signatures)
+        is_old = path.parent == replaced and report.current is False  # as the list says, not the folder alone
+        exits.append(Exit.ACCEPTED if is_old else _exit(report, missing))
+        state = "replaced since" if is_old else _outcome(report)
+        rows.append((name, report.serial, str(report.verdict or ""), state, by))
+        if exits[-1] is not Exit.ACCEPTED or report.remarks:
+            reasons.append(f"{name}: {'; '.join((report.reason, *missing))}")
     documents = [{"certificate": str(path), **_document(report, missing).to_json()} for path, report, missing in found]
+    required = " and as required" if any(missing for *_, missing in found) else ""
     return Answer(
         File(json, documents),
-        table(("certificate", "serial", "verdict", "is", "signed by"), shown, **PLAIN),
-        *(f"{one_line(str(path))}: {'; '.join((report.reason, *missing))}" for path, report, missing in
-          (each for n, each in enumerate(found) if n in wrong or each[1].remarks)),
-        f"{len(found) - len(wrong)} of {len(found)} certificates are valid"
-        + (" and as required" if any(missing for *_, missing in found) else ""),
+        table(("certificate", "serial", "verdict", "is", "signed by"), rows, **PLAIN),
+        *reasons,
+        f"{exits.count(Exit.ACCEPTED)} of {len(found)} certificates are valid{required}",
         *lines,
-        exit=worst,
-    )  # fmt: skip
+        exit=next((each for each in (Exit.REJECTED, Exit.INCOMPLETE) if each in (*exits, exit)), Exit.ACCEPTED),
+    )
 
 
 def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:
@@ -204,21 +194,18 @@ def _document(report: Verification, missing: Sequence[str]) -> VerificationDocum
 def _unmet_requirements(report: Verification, require: Sequence[str], spec_sha256: str | None) -> list[str]:
     if report.outcome is Validity.NOT_VALID:
         return []
-    missing = []
-    if "accepted" in require and report.verdict != "accepted":
-        missing.append(f"the unit is {report.verdict}, not accepted")
-    if "accepted" in require and report.simulated:
-        missing.append("the unit was simulated, so no real one is accepted")
-    if "countersigned" in require and not report.countersigned:
-        missing.append("it is not countersigned")
-    if "approved" in require and not report.approved:
-        missing.append("its spec is not approved by quality assurance")
-    if "current" in require and not report.current:
-        unknown = "neither a store nor a list was asked for later attempts"
-        missing.append(unknown if report.current is None else "a later attempt is known")
-    wanted = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
-    if any(serial != report.serial for serial in wanted):
-        missing.append(f"it is of {report.serial}, not of {', '.join(wanted)}")
+    serials = [word.removeprefix(SERIAL) for word in require if word.startswith(SERIAL)]
+    unmet = (
+        ("accepted", report.verdict != "accepted", f"the unit is {report.verdict}, not accepted"),
+        ("accepted", report.simulated, "the unit was simulated, so no real one is accepted"),
+        ("countersigned", not report.countersigned, "it is not countersigned"),
+        ("approved", not report.approved, "its spec is not approved by quality assurance"),
+        ("current", report.current is None, "neither a store nor a list was asked for later attempts"),
+        ("current", report.current is False, "a later attempt is known"),
+    )
+    missing = [words for what, is_unmet, words in unmet if is_unmet and what in require]
+    if any(serial != report.serial for serial in serials):
+        missing.append(f"it is of {report.serial}, not of {', '.join(serials)}")
     if spec_sha256 is not None and report.spec_sha256 != spec_sha256:
         missing.append(f"it was judged by spec {report.spec_sha256[:12]}, not {spec_sha256[:12]}")
     return missing

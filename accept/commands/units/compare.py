@@ -11,7 +11,6 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 from rich.text import Text
 from typer import Argument
@@ -23,7 +22,7 @@ from accept.base.progress import steps
 from accept.batch import fleet_comparison
 from accept.batch.fleet_comparison import Comparison, Fleet
 from accept.batch.outliers import CHANCE, MIN_UNITS
-from accept.commands.answer import Answer, File, Remark, command, picture, table
+from accept.commands.answer import SPACED, Answer, File, Remark, command, picture, table
 from accept.commands.options import Json, Plot, SpecName
 from accept.commands.units.batch import specs_for
 from accept.judging import judge_unit, spec_for
@@ -94,7 +93,7 @@ def _table(found: Fleet) -> Table:
     columns = (Column(title, no_wrap=True, justify="left" if title in left else "right") for title in titles)
     rows = ((Text(str(number)), *_row(compared)) for number, compared in enumerate(found.compared, 1))
     title = f"{len(found.serials)} units of kind {found.kind}"
-    return table(columns, rows, title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    return table(columns, rows, title=title, **SPACED)
 
 
 def _row(c: Comparison) -> list[Text]:

@@ -7,14 +7,7 @@ from typing import Annotated
 from typer import Argument, Option
 
 from accept.base.atomic_files import write_atomic
-from accept.base.documents.listings import (
-    LimitShown,
-    SpecList,
-    SpecListed,
-    SpecsCompared,
-    SpecShown,
-    SpecValueDiffers,
-)
+from accept.base.documents import listings
 from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.commands.answer import Answer, File, Remark, command, table
@@ -29,11 +22,11 @@ def show_list(json: JsonAnswer = None) -> Answer:
     specs = [load(name) for name in builtin()]
     listed = map(_listed, specs)
     rows = ((spec.name, spec.kind, str(len(spec.checks)), spec.title) for spec in specs)
-    return Answer(File(json, SpecList(tuple(listed))), table(("name", "kind", "checks", "title"), rows))
+    return Answer(File(json, listings.SpecList(tuple(listed))), table(("name", "kind", "checks", "title"), rows))
 
 
-def _listed(spec: Spec) -> SpecListed:
-    return SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256)
+def _listed(spec: Spec) -> listings.SpecListed:
+    return listings.SpecListed(spec.name, spec.kind, spec.title, tuple(spec.checks), spec.sha256)
 
 
 @command
@@ -46,7 +39,7 @@ def diff(
     specs = [_spec_in(Path(name)) if name.lower().endswith(".pdf") else load(name) for name in (first, second)]
     found = list(differences(*specs))
     one, two = map(_listed, specs)
-    document = SpecsCompared(one, two, tuple(SpecValueDiffers(*each) for each in found))
+    document = listings.SpecsCompared(one, two, tuple(listings.SpecValueDiffers(*each) for each in found))
     names = [f"{name}: {spec.name} {spec.sha256[:12]}" for name, spec in zip((first, second), specs, strict=True)]
     rows = ((key.removeprefix("checks."), *map(_stated, values)) for key, *values in found)
     return Answer(
@@ -90,16 +83,16 @@ def show(name: Annotated[str, Argument(help="Built-in name or TOML file.")], jso
     return Answer(File(json, _document(spec)), *head, approved, limits, gap, error=unknown_to_checks)
 
 
-def _document(spec: Spec) -> SpecShown:
+def _document(spec: Spec) -> listings.SpecShown:
     limits = [
-        LimitShown(
+        listings.LimitShown(
             check, section.required, quantity, limit.lower, limit.upper, limit.unit, str(limit.rule), limit.source,
             limit.assumed,
         )
         for check, section in spec.checks.items()
         for quantity, limit in section.limits.items()
     ]  # fmt: skip
-    return SpecShown(spec.name, spec.kind, spec.title, spec.sha256, tuple(limits))
+    return listings.SpecShown(spec.name, spec.kind, spec.title, spec.sha256, tuple(limits))
 
 
 def _rows(spec: Spec) -> Iterator[tuple[str, ...]]:

@@ -7,18 +7,18 @@ whole chart, the uncertainty of a short baseline included, not with a chance at 
 may be added; `false_alarm_rate` gives the cost of the chosen set.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import median_filter
-from scipy.special import stdtrit
 
-from accept.fleet.process_control.spread import moving_range_degrees, moving_range_sigma, robust_sigma
+from accept.fleet.process_control.spread import most_sigmas, moving_range_degrees, moving_range_sigma, robust_sigma
 from checks.arrays import Array
 
 LEAST = 8  # values below which limits are not worth drawing
@@ -42,6 +42,7 @@ NELSON = {
     7: "fifteen in a row within 1 sigma",
     8: "eight in a row beyond 1 sigma on both sides",
 }
+ON_BOTH_SIDES = (EQUAL, MIXTURE, "4", "7", "8")
 _SIMULATED = 1000  # charts in control behind a stated rate: 5 % +- 1.4 %
 _LENGTHS = (10, 20, 50, 100, 200, 500)  # of simulated charts; the rate depends little on it
 # Limit of the sums [sigma] by values of the baseline, then by `_LENGTHS`: what the larger of the two exceeds in
@@ -80,20 +81,23 @@ class Baseline:
     n: int
     left_out: int = 0
 
+    def U_of_mean(self, n: int) -> float:
+        """Return the expanded uncertainty (k = 2) of the distance of the mean of n values from this one."""
+        return 2.0 * self.sigma * float(np.sqrt(1.0 / n + 1.0 / self.n))
+
 
 @dataclass(frozen=True)
 class Alarm:
     """A test that raises an alarm. rule: "value", "shift", "drift", "equal", "two populations", "unlike" or a number of
-    `NELSON`; first, last: indices of its values; direction: "up" or "down", None for a pattern on both sides; size:
-    distance of their mean from that of the baseline, or, without one, from the mean before; U: its expanded uncertainty
-    (k = 2). units: number of values that show it, if not all from first to last do; place: what those have in common,
-    ("bench", "B2"), None if unknown; usual: of equal values, how many in a row are no alarm; same: other places of
-    exactly the same values, which these cannot tell apart; evidence: in words, of what a chart does not show."""
+    `NELSON`; first, last: indices of its values; size: distance of their mean from that of the baseline, or, without
+    one, from the mean before; U: its expanded uncertainty (k = 2). units: number of values that show it, if not all
+    from first to last do; place: what those have in common, ("bench", "B2"), None if unknown; usual: of equal values,
+    how many in a row are no alarm; same: other places of exactly the same values, which these cannot tell apart;
+    evidence: in words, of what a chart does not show."""
 
     rule: str
     first: int
     last: int
-    direction: str | None
     size: float
     U: float
     units: int = 0
@@ -106,6 +110,16 @@ class Alarm:
     def lasts(self) -> bool:
         """Whether it is about several values and not single ones."""
         return self.rule in (SHIFT, DRIFT)
+
+    @property
+    def direction(self) -> str | None:
+        """Return "up" or "down", None for a pattern on both sides."""
+        return None if self.rule in ON_BOTH_SIDES else "up" if self.size > 0 else "down"
+
+    def document(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return what the alarm is as a document. names: of the values."""
+        ends = {"first": names[self.first], "last": names[self.last]}
+        return {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,12 +161,10 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
     mean changes. Raises ValueError for fewer than `LEAST` values without a baseline, for no value, or one that is not
     finite.
     """
-    x = np.asarray(values, dtype=float)
-    if x.ndim != 1 or not x.size or not np.isfinite(x).all():
-        raise ValueError(f"{x.size} values, expected one or more, all finite")
+    x = finite(values)
     base = baseline or estimate_baseline(x)
     chance = FALSE_ALARM if baseline is None else OF_ONE_VALUE
-    half = _quantile(x.size, base, chance) * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
+    half = _quantile(x.size, base, chance) * base.U_of_mean(1) / 2.0
     # A single value is compared with the level around it: many in a row that are far off are a shift.
     local = median_filter(x, NEIGHBOURS, mode="mirror")
     apart = half if baseline is not None else max(half, GROSS_SIGMAS * base.sigma)
@@ -164,9 +176,8 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
         limit = sums_limit(base.n, x.size)
         sums = _cumulative_sums(x, kept, base, limit)
         lasting, level = _departures(x, kept, base, sums[kept].max(axis=1) / limit)
-    U = 2.0 * base.sigma * float(np.sqrt(1.0 + 1.0 / base.n))
-    gross = [(int(i), float(x[i] - level[i])) for i in np.flatnonzero(_distance(x, level) > half)]
-    alarms = [Alarm(VALUE, i, i, _direction(size), size, U) for i, size in gross]
+    gross = map(int, np.flatnonzero(_distance(x, level) > half))
+    alarms = [Alarm(VALUE, i, i, float(x[i] - level[i]), base.U_of_mean(1)) for i in gross]
     return Chart(
         values=x,
         baseline=base,
@@ -179,13 +190,16 @@ def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collect
     )
 
 
-def _quantile(tests: int, base: Baseline, chance: float = FALSE_ALARM) -> float:
-    """Return the number of estimated sigmas that one of so many tests may be off, in both directions, for a chance of a
-    false alarm in all of them.
+def finite(values: Array) -> Array:
+    """Return values (N,) as numbers. Raises ValueError for no value, or one that is not finite."""
+    x = np.asarray(values, dtype=float)
+    if x.ndim != 1 or not x.size or not np.isfinite(x).all():
+        raise ValueError(f"{x.size} values, expected one or more, all finite")
+    return x
 
-    Bonferroni's bound, of the t distribution because sigma is estimated: it holds for tests that depend on each other.
-    """
-    return float(stdtrit(moving_range_degrees(base.n), 1.0 - chance / (2.0 * tests)))
+
+def _quantile(tests: int, base: Baseline, chance: float = FALSE_ALARM) -> float:
+    return most_sigmas(tests, moving_range_degrees(base.n), chance)
 
 
 @cache
@@ -221,8 +235,10 @@ def _distance(x: Array, level: Array) -> Array:
     return np.asarray(np.min([np.abs(x - padded[k : k + x.size]) for k in range(3)], axis=0))
 
 
-def _direction(size: float) -> str:
-    return "up" if size > 0 else "down"
+def shift_length(off: Array) -> int:
+    """Return how many values of a shift there are among values (n,) since its first, as distances from the mean before
+    it: the maximum-likelihood number."""
+    return int(np.argmax(np.cumsum(off) ** 2 / np.arange(1, off.size + 1))) + 1
 
 
 def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) -> tuple[list[Alarm], Array]:
@@ -248,12 +264,10 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
         contrast = np.abs(after - before) / np.sqrt(1.0 / (base.n + of) + 1.0 / (y.size - of))
         begin = done + int(np.argmax(contrast))
         if back.size:  # the sum comes back some values after the process did
-            gain = np.cumsum(x[kept[begin:end]] - base.mean) ** 2 / np.arange(1, end - begin + 1)
-            end = begin + int(np.argmax(gain)) + 1
+            end = begin + shift_length(x[kept[begin:end]] - base.mean)
         size = float(x[kept[begin:end]].mean() - base.mean)
-        U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - begin) + 1.0 / base.n))
         if end - begin >= SHORTEST:
-            out.append(Alarm(SHIFT, int(kept[begin]), int(kept[end - 1]), _direction(size), size, U))
+            out.append(Alarm(SHIFT, int(kept[begin]), int(kept[end - 1]), size, base.U_of_mean(end - begin)))
             level[kept[begin] : kept[end - 1] + 1] += size
         done = start + int(back[0]) if back.size else kept.size
     return out, level
@@ -283,7 +297,7 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
         before, first, end = edges[part - 1 : part + 2]
         size = means[part] - means[part - 1]
         U = 2.0 * base.sigma * float(np.sqrt(1.0 / (end - first) + 1.0 / (first - before)))
-        alarms.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), _direction(size), size, U))
+        alarms.append(Alarm(SHIFT, int(kept[first]), int(kept[end - 1]), size, U))
         levels.append(part)
     return alarms, level
 
@@ -304,27 +318,22 @@ def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) 
     y, at = x[kept], kept - kept.mean()
     slope = float(at @ y / (at @ at))
     line = float(((y - y.mean() - slope * at) ** 2).sum())
-    steps = sum(float(((part - part.mean()) ** 2).sum()) for part in np.split(y, places))
+    steps = _squares(y, [0, *places, y.size])
     if line > steps + (2 * len(places) - 1) * base.sigma**2 * np.log(y.size):  # a step has a parameter more ([Schwarz])
         return None
     span = float(kept[-1] - kept[0])
     U = 2.0 * base.sigma * span / float(np.sqrt(at @ at))
-    return Alarm(DRIFT, int(kept[0]), int(kept[-1]), _direction(slope), slope * span, U)
+    return Alarm(DRIFT, int(kept[0]), int(kept[-1]), slope * span, U)
 
 
 def _split(x: Array, offset: int, base: Baseline) -> list[int]:
     """Return the indices at which the mean of x (n,) changes, counted from offset."""
-    n = x.size
-    if n < 2 * SHORTEST:
+    at = best_split(x, SHORTEST)
+    if at is None:
         return []
-    size = np.arange(SHORTEST, n - SHORTEST + 1)
-    before = np.cumsum(x)[size - 1] / size
-    after = (x.sum() - np.cumsum(x)[size - 1]) / (n - size)
-    sigmas = np.abs(after - before) / (base.sigma * np.sqrt(1.0 / size + 1.0 / (n - size)))
-    best = int(np.argmax(sigmas))
-    if sigmas[best] <= _quantile(size.size, base):
+    apart = abs(float(x[at:].mean() - x[:at].mean())) / float(np.sqrt(1.0 / at + 1.0 / (x.size - at)))
+    if apart <= _quantile(x.size - 2 * SHORTEST + 1, base) * base.sigma:
         return []
-    at = int(size[best])
     return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
 
 
@@ -339,25 +348,31 @@ def _refine(x: Array, places: list[int], base: Baseline) -> list[int]:
         lo, hi = max(0, i - 2), min(len(edges) - 1, i + 2)
         without = [*edges[lo:i], *edges[i + 1 : hi + 1]]
         for k in range(1, len(without) - 1):
-            without[k] = _best_split(x, without[k - 1], without[k], without[k + 1])
+            without[k] = _between(x, without[k - 1], without[k], without[k + 1])
         if _squares(x, without) - _squares(x, edges[lo : hi + 1]) <= significant:
             edges[lo : hi + 1] = without
             i = max(1, i - 2)
         else:
-            edges[i] = _best_split(x, edges[i - 1], edges[i], edges[i + 1])
+            edges[i] = _between(x, edges[i - 1], edges[i], edges[i + 1])
             i += 1
     return edges[1:-1]
 
 
-def _best_split(x: Array, first: int, present: int, end: int) -> int:
-    """Return where to split x[first:end] so that two means describe it best; the present place if it is too short."""
-    y = x[first:end]
-    at = np.arange(SHORTEST, y.size - SHORTEST + 1)
+def _between(x: Array, first: int, present: int, end: int) -> int:
+    """Return the best place to split x[first:end]; the present place if it is too short."""
+    found = best_split(x[first:end], SHORTEST)
+    return present if found is None else first + found
+
+
+def best_split(x: Array, least: int) -> int | None:
+    """Return where to split x (n,) so that two means, of at least so many values, describe it best; None if it is too
+    short."""
+    at = np.arange(least, x.size - least + 1)
     if not at.size:
-        return present
-    total = np.cumsum(y)
-    before, after = total[at - 1] / at, (total[-1] - total[at - 1]) / (y.size - at)
-    return first + int(at[np.argmax((before - after) ** 2 * at * (y.size - at))])
+        return None
+    total = np.cumsum(x)
+    before, after = total[at - 1] / at, (total[-1] - total[at - 1]) / (x.size - at)
+    return int(at[np.argmax((before - after) ** 2 * at * (x.size - at))])
 
 
 def _squares(x: Array, edges: list[int]) -> float:
@@ -374,9 +389,8 @@ def _patterns(x: Array, base: Baseline, rules: Collection[int]) -> list[Alarm]:
         if rule in rules:
             for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
                 size = float(x[run].mean() - base.mean)
-                side = None if rule in (4, 7, 8) else _direction(size)
                 U = 2.0 * base.sigma / float(np.sqrt(run.size))
-                out.append(Alarm(str(rule), int(run[0]), int(run[-1]), side, size, U))
+                out.append(Alarm(str(rule), int(run[0]), int(run[-1]), size, U))
     return out
 
 

@@ -8,10 +8,9 @@ of a value, by regression; its distance is the part of Hotelling's T^2 that this
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
-from scipy.special import stdtrit
 
-from accept.fleet.process_control.spread import robust_sigma
+from accept.fleet.process_control.control_chart import best_split
+from accept.fleet.process_control.spread import about_level, robust_sigma
 from checks.arrays import Array
 
 FEWEST = 30  # values below which neither a mixture nor a regression is worth naming
@@ -20,7 +19,6 @@ SMALLEST = 0.05  # share of the smaller population: fewer are single values
 # 2 log likelihood ratio. Of one normal population it exceeds, with means so far apart and shares so large, 9.8 in 1 %
 # and 14.5 in 0.1 % of 6000 samples of 30 values.
 LIKELIER = 20.0
-AROUND = 31  # values whose median is the level of a residual there: a lot or a drift is no exchange of digits
 AGREES = 2.0  # standard deviations within which a value with exchanged digits agrees with the other quantities
 _ROUNDS = 5  # of a regression without the values that it shows to be gross
 _KEPT = 3.0  # robust standard deviations
@@ -45,11 +43,9 @@ def two_populations(values: Array) -> Populations | None:
     if x.size < FEWEST or x.std() == 0.0:
         return None
     order = np.sort(x)
-    size = np.arange(1, x.size)
-    below = np.cumsum(order)[:-1] / size
-    above = (order.sum() - np.cumsum(order)[:-1]) / (x.size - size)
-    start = int(np.argmax(size * (x.size - size) * (above - below) ** 2))  # the best split into two, as k-means has it
-    means, share, sigma = np.array([below[start], above[start]]), 1.0 - size[start] / x.size, float(x.std()) / 2.0
+    start = best_split(order, 1) or 1  # as k-means has it
+    means = np.array([order[:start].mean(), order[start:].mean()])
+    share, sigma = 1.0 - start / x.size, float(x.std()) / 2.0
     for _ in range(200):
         parts = np.log([1.0 - share, share])[:, None] - 0.5 * ((x - means[:, None]) / sigma) ** 2
         total = np.logaddexp(*parts)
@@ -107,16 +103,9 @@ def _regression(others: Array, y: Array) -> tuple[Array, float]:
     """Return what others (N, K) leave of y (N,), about the level of that, and its standard deviation."""
     kept = np.ones(y.size, dtype=bool)
     for _ in range(_ROUNDS):
-        rest = y - others @ np.linalg.lstsq(others[kept], y[kept], rcond=None)[0]
-        rest = rest - median_filter(rest, min(AROUND, 2 * (y.size // 2) - 1), mode="mirror")
+        rest = about_level(y - others @ np.linalg.lstsq(others[kept], y[kept], rcond=None)[0])
         kept = np.abs(rest) <= _KEPT * max(robust_sigma(rest), 1e-300)
     return rest, 1.014 * float(rest[kept].std())  # normal values cut at 3 sigma have 0.986
-
-
-def gross_distance(n: int, chance: float) -> float:
-    """Return the standard deviations that one of n residuals may be off, in both directions, for a chance of a false
-    alarm in all of them."""
-    return float(stdtrit(max(n - 2, 1), 1.0 - chance / (2.0 * n)))
 
 
 def exchanged(value: float, step: float) -> list[float]:

@@ -7,16 +7,14 @@ power of it, or its logarithm, is nearly normal ([Montgomery] 6.4.3).
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from accept.fleet.process_control.capability import LEAST, NOT_NORMAL, normality
 from accept.fleet.process_control.control_chart import GROSS_SIGMAS, Alarm, Baseline, Chart
-from accept.fleet.process_control.spread import robust_sigma
+from accept.fleet.process_control.spread import about_level, robust_sigma
 from checks.arrays import Array
 
 AS_MEASURED = ""
 POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}
-_AROUND = 31  # values whose median is the level of the process there: a drift is no skewness
 
 
 def scale_of(values: Array) -> str:
@@ -27,7 +25,7 @@ def scale_of(values: Array) -> str:
         return AS_MEASURED
     for name in POWERS:
         y = to_scale(x, name)
-        apart = y - median_filter(y, min(_AROUND, 2 * (x.size // 2) - 1), mode="mirror")
+        apart = about_level(y)
         kept = apart[np.abs(apart) <= GROSS_SIGMAS * robust_sigma(y)]
         if kept.size >= LEAST and np.ptp(kept) > 0.0 and normality(kept) >= NOT_NORMAL:
             return name

@@ -2,7 +2,7 @@
 whose reference was missed, with the units that they touched since it was last right."""
 
 import datetime
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from accept.base.names import shown_name
@@ -16,13 +16,14 @@ from accept.store.payloads import (
     GoldenRetired,
     InstrumentChecked,
     NonconformanceDecided,
-    payload_of,
+    Payload,
 )
 
-ALARM, GOLDEN, DECISION, VOID, RECALL = "alarm", "golden unit", "decision", "void attempt", "recall"
-KINDS = (
-    GoldenNamed, GoldenRetired, GoldenMissed, GoldenResolved, NonconformanceDecided, AttemptVoided, InstrumentChecked,
-)  # fmt: skip
+_GOLDEN = "golden unit"
+KINDS: dict[type[Payload], str] = {
+    GoldenNamed: _GOLDEN, GoldenRetired: _GOLDEN, GoldenMissed: _GOLDEN, GoldenResolved: _GOLDEN,
+    NonconformanceDecided: "decision", AttemptVoided: "void attempt", InstrumentChecked: "recall",
+}  # fmt: skip
 _Row = dict[str, str]
 
 
@@ -32,38 +33,41 @@ def happenings(
     """Return a row of day, kind, unit, person and words for each, by day. trends: as the page has them. Raises
     StoreError."""
     rows = [
-        {"day": alarm["since"], "kind": ALARM, "unit": alarm["first"], "who": "", "words": alarm["words"]}
+        {"day": alarm["since"], "kind": "alarm", "unit": alarm["first"], "who": "", "words": alarm["words"]}
         for groups in trends.values()
         for group in groups.get("all", ())
         for alarm in group["alarms"]
     ]
-    rows += [row for kind in KINDS for event in store.events(what=kind.KIND) for row in _of_event(event, store)]
+    for what, kind in KINDS.items():
+        for event in store.events(what=what.KIND):
+            unit, words = _told(payload := what.of(event), event, store)
+            who = shown_name(event.who, payload.typed)
+            if words:
+                rows.append({"day": event.time[:10], "kind": kind, "unit": unit, "who": who, "words": words})
     return sorted((r for r in rows if since.isoformat() <= r["day"] <= until.isoformat()), key=lambda row: row["day"])
 
 
-def _of_event(event: Event, store: Store) -> Iterator[_Row]:
-    unit, kind, words = event.subject, GOLDEN, ""
-    match payload := payload_of(event):
+def _told(payload: Payload, event: Event, store: Store) -> tuple[str, str]:
+    """Return unit and words of an event, "" for an instrument that was right."""
+    match payload:
         case GoldenNamed(expect=expected, reason=reason):
-            words = f"named, expected {expected}{f': {reason}' if reason else ''}"
+            return event.subject, f"named, expected {expected}{f': {reason}' if reason else ''}"
         case GoldenRetired(reason=reason):
-            words = f"retired: {reason}"
+            return event.subject, f"retired: {reason}"
         case GoldenMissed(serials=serials, reasons=reasons):
-            unit = ", ".join(serials)
-            words = f"the bench was stopped: {'; '.join(line for each in reasons.values() for line in each)}"
+            words = "; ".join(line for each in reasons.values() for line in each)
+            return ", ".join(serials), f"the bench was stopped: {words}"
         case GoldenResolved(reason=reason):
-            words = f"the bench may judge again: {reason}"
+            return event.subject, f"the bench may judge again: {reason}"
         case NonconformanceDecided():
-            kind, words = DECISION, words_of(payload)
+            return event.subject, words_of(payload)
         case AttemptVoided(attempt=attempt):
-            kind, words = VOID, f"attempt {attempt}: {payload.words}"
-        case InstrumentChecked(passed=False, serial=str(serial)):
-            kind, unit = RECALL, serial
-            words = f"{payload.what} read as {payload.value:g} {payload.unit}, E_n {payload.E_n:.2g}; "
-            words += _touched_since(store, event, serial)
-    if words:
-        who = shown_name(event.who, bool(payload and payload.typed))
-        yield {"day": event.time[:10], "kind": kind, "unit": unit, "who": who, "words": words}
+            return event.subject, f"attempt {attempt}: {payload.words}"
+        case InstrumentChecked(passed=False, instrument=name, serial=serial):
+            missed = f"{payload.what} read as {payload.value:g} {payload.unit}, E_n {payload.E_n:.2g}; "
+            unknown = "which units it touched is not known: it states no serial number"
+            return serial or name, missed + (_touched_since(store, event, serial) if serial else unknown)
+    return "", ""
 
 
 def _touched_since(store: Store, missed: Event, serial: str) -> str:

@@ -114,14 +114,14 @@ def document(
                 "gap": _gap(result.gap),
             }
         )
+    alarms = ((g, alarm, doubt) for g in goldens for alarm, doubt in zip(g.chart.alarms, g.doubts, strict=True))
+    off = [(g.quantity, g.words(alarm)) for g, alarm, doubt in alarms if doubt.is_between(since, until)]
     charts = {name: _trends(frame, store, name, within) for name in units}
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
         "trends": charts,
-        "goldens": {
-            name: [c.words(a) for c in goldens if c.quantity == name for a in c.chart.alarms] for name in units
-        },
+        "goldens": {name: [words for of, words in off if of == name] for name in units},
         "happenings": happenings(store, since or date.min, until or date.max, charts),
         "days": [each and each.isoformat() for each in (since, until)],
         "quantities": units,

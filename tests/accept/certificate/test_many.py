@@ -171,6 +171,16 @@ def test_what_was_taken_out_of_a_package_or_changed_is_named(package: Path) -> N
     assert (done.exit_code, f"summary.csv: {GONE}" in done.output) == (3, True)
 
 
+def test_a_folder_does_not_make_a_certificate_one_that_was_replaced(package: Path) -> None:
+    old, moved = package / "certificates" / "B.pdf", package / "superseded" / "B-1.pdf"
+    old.rename(moved)
+    stated = (package / "evidence.json").read_text()
+    (package / "evidence.json").write_text(stated.replace("certificates/B.pdf", "superseded/B-1.pdf"))
+    done = accept("verify", package)
+    assert done.exit_code == 0, done.output
+    assert done.output.count("replaced since") == 1  # that of A, as the list says
+
+
 def test_a_bench_with_keys_trusts_its_own_authority_and_not_the_one_of_a_package(
     package: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -192,3 +202,14 @@ def test_what_a_package_lacks_is_said_when_it_is_made(place: Path, tmp_path: Pat
     checked = accept("verify", tmp_path / "evidence")
     assert (checked.exit_code, "Z: this bench's store knows no judgement of it" in checked.output) == (4, True)
     assert accept("evidence", tmp_path / "evidence").exit_code == 6  # nothing is written over
+
+
+def test_a_certificate_that_was_set_aside_is_found_whatever_its_name(place: Path, tmp_path: Path) -> None:
+    unit, named = place.parent / "units" / "A" / "unit.toml", place / "A [1].pdf"
+    for reading in ("5.11", "5.12"):
+        unit.write_text(unit.read_text().replace("5.10", reading).replace("5.11", reading))
+        done = accept("report", unit.parent, "--out", named, *SIGNED[1:], "--reason", "a digit was exchanged")
+        assert done.exit_code == 0, done.output
+        assert accept("countersign", named).exit_code == 0  # one that is not is written over
+    done = accept("evidence", tmp_path / "evidence", "--units", "A")
+    assert done.exit_code == 0, done.output

@@ -37,6 +37,7 @@ WORDS = {  # what each needs beside its name, and its exit code
     "hw test": (("--bench", "{bench}"), 5),
     "hw list": (("--bench", "{bench}"), 0),
     "spec show": (("strut",), 0),
+    "spec diff": (("strut", "strut-basic"), 4),
     "recall": (("--instrument", "VIONIC-7", "--since", "2026-01-01"), 4),
     "verify": (("{file}",), 3),
     "golden check": ((), 3),
@@ -44,7 +45,7 @@ WORDS = {  # what each needs beside its name, and its exit code
 LISTED = {
     name.split("`")[1].removeprefix("accept ").removesuffix(" --json"): kind
     for name, kind in DOCUMENTS.items()
-    if kind.__module__ == listings.__name__
+    if kind.__module__ == listings.__name__ and name.startswith("`accept ")  # not a file that a command writes
 }
 GOLDENS = [
     listings.GoldenCompared("APA-01", "accepted", True, ("sensor_uF is off",)),
@@ -52,7 +53,7 @@ GOLDENS = [
 ]
 # Commands that print an answer and have no document: they write files, talk to a person, or their text is the format.
 WITHOUT = {
-    "demo", "batch", "report", "countersign", "run", "gap", "excite sweep", "excite noise", "excite sine",
+    "demo", "batch", "report", "countersign", "evidence", "run", "gap", "excite sweep", "excite noise", "excite sine",
     "excite multisine", "model export", "model learn", "lookup build", "simulate bench", "simulate unit",
     "hw commission", "hw transcript", "hw measure", "hw pickup", "spec validate", "spec check", "spec checks",
     "spec copy", "spec approve", "product new", "product check", "keys init", "keys request", "keys issue",

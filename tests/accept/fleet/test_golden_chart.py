@@ -11,6 +11,7 @@ from accept.fleet.golden import name_golden
 from accept.fleet.golden_chart import golden_trends
 from accept.fleet.site.page_data import document
 from accept.store import open_store
+from accept.store.payloads import InstrumentChecked
 from tests.accept.fleet.judgements import add, judgement
 from tests.shared.command_line import accept
 
@@ -82,3 +83,21 @@ def test_no_golden_unit_no_chart(tmp_path, monkeypatch):
     done = accept("golden", "chart", "APA-9")
     assert done.exit_code == 6
     assert "golden units: APA-GOLD" in " ".join(done.output.split())
+
+
+def test_the_page_of_other_days_has_no_alarm_of_a_golden_unit_that_was_good_then():
+    with open_store() as store:
+        pages = {n: document(store, {}, since=day(n), until=day(n + 2)) for n in (5, 40, 50)}
+    assert {n: len(page["goldens"]["stroke_um"]) for n, page in pages.items()} == {5: 0, 40: 1, 50: 0}
+
+
+def test_a_missed_reference_of_an_instrument_without_serial_number_is_no_less_listed():
+    checked = InstrumentChecked(
+        "lcr", None, "2026-09-07T08:00:00+00:00", "capacitance standard", "C-7", "uF", 10.0, 0.02, 10.2, 0.05,
+        (10.2,), 3.7, False, {},
+    )  # fmt: skip
+    with open_store() as store:
+        store.write(checked, who="Ann")
+        (row,) = [row for row in document(store, {})["happenings"] if row["kind"] == "recall"]
+    assert row["unit"] == "lcr"
+    assert "it states no serial number" in row["words"]

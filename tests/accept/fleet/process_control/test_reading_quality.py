@@ -7,11 +7,12 @@ from accept.fleet.process_control.reading_quality import (
     AGREES,
     LIKELIER,
     exchanged,
-    gross_distance,
     residuals,
     step_of,
     two_populations,
 )
+from accept.fleet.process_control.spread import most_sigmas
+from accept.fleet.reading_alarms import coarse_meters
 
 
 def test_two_populations_have_their_values():
@@ -75,7 +76,7 @@ def test_a_value_that_its_limits_pass_is_found_by_the_ratio_of_the_stacks():
     rest, sigmas = residuals(x)
     assert rest[100, 1] == pytest.approx(-0.27, abs=0.05)  # the level of 31 residuals is known to 0.01 uF, 3 sd
     assert sigmas[100, 1] == pytest.approx(0.045, rel=0.2)
-    assert abs(rest[100, 1] / sigmas[100, 1]) > gross_distance(900, 0.001)
+    assert abs(rest[100, 1] / sigmas[100, 1]) > most_sigmas(900, 898, 0.001)
     assert min(abs(9.521 - (9.251 - rest[100, 1])) / sigmas[100, 1], 9.0) < AGREES
     assert abs(rest[100, 2] / sigmas[100, 2]) < 4.0
 
@@ -87,7 +88,7 @@ def test_a_missing_value_leaves_the_others_of_its_unit_compared():
     rest, sigmas = residuals(x)
     assert np.isnan(rest[::2, 0]).all()
     assert np.isfinite(rest[:, 1:]).all()
-    assert rest[50, 2] / sigmas[50, 2] > gross_distance(900, 0.001)
+    assert rest[50, 2] / sigmas[50, 2] > most_sigmas(900, 898, 0.001)
 
 
 def test_sound_units_are_seldom_called_unlike():
@@ -95,5 +96,13 @@ def test_sound_units_are_seldom_called_unlike():
     rng, rang = np.random.default_rng(7), 0
     for _ in range(40):
         rest, sigmas = residuals(units(rng))
-        rang += bool((np.abs(rest) > gross_distance(rest.size, 0.001) * sigmas).any())
+        rang += bool((np.abs(rest) > most_sigmas(rest.size, rest.size - 2, 0.001) * sigmas).any())
     assert rang <= 1
+
+
+def test_the_chance_of_many_readings_on_a_coarse_meter_is_a_number():
+    """500 readings of a meter with ten times the step of the other: 1 in 10^500, less than the smallest number."""
+    x = np.random.default_rng(8).normal(5.0, 0.2, 1000)
+    bench = np.repeat(np.array(["B1", "B2"], dtype=object), 500)
+    (words,) = coarse_meters(np.where(bench == "B1", x.round(3), x.round(2)), {"bench": bench}, "uF")
+    assert "bench B2 shows steps of 0.01 uF, others in 0.001 uF (by chance 1 in 10^500)" in words

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from accept.fleet.process_control.control_chart import SHIFT, VALUE
-from accept.fleet.process_control.self_starting import BEFORE, part_chart, sums_limit
+from accept.fleet.process_control.self_starting import BEFORE, part_chart, score, sums_limit
 
 CHANCE = 0.02
 REPEATABILITY = 0.0022  # of the gauge of the quarter
@@ -19,11 +19,10 @@ def test_the_limit_of_the_sums_is_that_of_the_textbook():
 def test_a_score_is_the_chance_of_a_new_value_by_student():
     """The prediction of one more value of n: t = (x - mean) / (s sqrt(1 + 1/n)) with n - 1 degrees."""
     x = np.random.default_rng(3).standard_normal(9)
-    made = part_chart(x, CHANCE)
-    assert np.isnan(made.scores[:BEFORE]).all()
+    assert not part_chart(x, CHANCE).sums[:BEFORE].any()
+    assert score(x[BEFORE - 1], x[: BEFORE - 1], 0.0) is None
     t = (x[8] - x[:8].mean()) / (x[:8].std(ddof=1) * np.sqrt(1 + 1 / 8))
-    # rounding to the smallest step of nine values, some 1/100 sd, adds 1e-5 to their standard deviation
-    assert made.scores[8] == pytest.approx(stats.norm.ppf(stats.t(7).cdf(t)), rel=1e-4)
+    assert score(x[8], x[:8], 0.0) == pytest.approx(stats.norm.ppf(stats.t(7).cdf(t)))
 
 
 @pytest.mark.parametrize("n", [13, 52, 130])
@@ -71,8 +70,8 @@ def test_a_shift_has_its_beginning_its_end_and_its_size_and_is_no_part_of_the_li
     (alarm,) = made.alarms
     assert (alarm.rule, alarm.first, alarm.last) == (SHIFT, 40, 51)
     assert alarm.size == pytest.approx(5.0, abs=1.5 * alarm.U)
-    assert made.sigma == pytest.approx(1.0, rel=0.26)  # 3 sd of 68 values
-    assert made.good.sum() == 68
+    assert made.baseline.sigma == pytest.approx(1.0, rel=0.26)  # 3 sd of 68 values
+    assert (made.baseline.n, made.baseline.left_out) == (68, 12)
 
 
 def test_one_gross_value_is_no_shift():
@@ -91,3 +90,10 @@ def test_equal_readings_of_a_coarse_meter_ring_at_no_single_step():
 def test_a_value_that_is_missing_is_refused():
     with pytest.raises(ValueError, match="all finite"):
         part_chart(np.array([1.0, np.nan]), CHANCE)
+
+
+def test_a_gross_value_just_after_a_shift_is_not_a_good_one():
+    x = np.random.default_rng(11).standard_normal(80)
+    x[40:52] += 5.0
+    x[53] -= 12.0
+    assert (VALUE, 53) in [(alarm.rule, alarm.first) for alarm in part_chart(x, CHANCE).alarms]
