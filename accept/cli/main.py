@@ -1,6 +1,5 @@
 """The program: every command, by who uses it, in the order of the help."""
 
-import os
 from typing import Annotated, Any
 
 import typer
@@ -213,7 +212,7 @@ def options(
 
 def main() -> None:
     """Run the program. A pipe that its reader closed (`accept ... | head`) is no crash."""
-    os.environ[loading.SAFE_PATH] = "1"  # whatever a library starts imports nothing from the working folder
+    loading.import_nothing_from_here()
     loading.begin()
     log_crashes()
     try:

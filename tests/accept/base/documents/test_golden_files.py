@@ -28,6 +28,7 @@ from accept.store.payloads import (
     Payload,
     RecordRefused,
     SerialConfirmed,
+    SpecApproved,
     UnitJudged,
     UnitRefused,
     payload_of,
@@ -69,6 +70,7 @@ def test_every_event_is_written_again_as_it_was(store: Store) -> None:
         KeysRevoked,
         NonconformanceDecided,
         SerialConfirmed,
+        SpecApproved,
     }  # which that store has none of
 
 
