@@ -13,6 +13,7 @@ from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate
 from accept.store import Event
 from accept.tui.screens.gap import answer
+from accept.tui.widgets.plot import PanelPlot
 from accept.units import unit_folder
 from accept.workflow import certify
 from accept.workflow.dialogue.begin import Begun
@@ -89,7 +90,7 @@ async def test_misalignment_is_found_shown_and_not_computed_again_after_a_restar
 
 
 def picture(pilot) -> str:
-    return "\n".join(str(part.render()) for part in pilot.app.screen.query(".panel Static"))
+    return "\n".join(str(part.render()) for part in pilot.app.screen.query(PanelPlot))
 
 
 async def test_a_step_without_records_says_which(tmp_path: Path):
