@@ -5,7 +5,7 @@ from statistics import median
 from accept.base.home import home
 from accept.judging import load_spec
 from accept.store import Store, open_store
-from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, limit_bar
+from accept.tui.widgets.limit_bar import LIMIT, USUAL, VALUE, LimitBar
 from accept.workflow.session.judgements import FEWEST, earlier_values
 from accept.workflow.session.open_session import UNITS, earlier_units, open_session
 from accept.workflow.worker.judging import judge_whole_unit
@@ -44,9 +44,11 @@ def test_the_median_of_the_last_units_each_once_and_not_this_one():
 
 
 def test_the_tick_stands_at_the_usual_value_and_hides_no_limit_and_no_value():
-    bar = limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=4.8)
-    assert bar.count(USUAL) == 1
-    assert bar.index(LIMIT) < bar.index(USUAL) < bar.index(VALUE)
-    assert USUAL not in limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=5.2)
-    assert limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=4.4).count(LIMIT) == 2
-    assert USUAL not in limit_bar(5.2, 0.02, 4.4, 5.5, 30, usual=50.0)
+    def bar(usual: float) -> str:
+        return LimitBar(4.4, 5.5, 30, 5.2).drawn("green", 0.02, usual).plain
+
+    assert bar(4.8).count(USUAL) == 1
+    assert bar(4.8).index(LIMIT) < bar(4.8).index(USUAL) < bar(4.8).index(VALUE)
+    assert USUAL not in bar(5.2)
+    assert bar(4.4).count(LIMIT) == 2
+    assert USUAL not in bar(50.0)
