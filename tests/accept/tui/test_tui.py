@@ -18,6 +18,7 @@ from accept.tui.screens.start import Given
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.fields import Field
 from accept.tui.widgets.hanging import Hanging
+from accept.tui.widgets.plot import PanelView
 from accept.tui.widgets.step_list import HELD, StepList
 from accept.workflow.state.unit_state import fold_run
 from checks.acceptance import CHECKS
@@ -90,7 +91,7 @@ async def test_a_rejected_unit_is_countersigned_with_what_is_to_be_done_with_it(
         await sign_first(pilot, "for quality assurance")
         qa_key("Quinn", "battery staple")
         await press(pilot, "f3")
-        assert "use-as-is, rework" in pilot.app.screen.query(Label)[1].render().plain
+        assert any("use-as-is, rework" in label.render().plain for label in pilot.app.screen.query(Label))
         await type_line(pilot, "")
         assert "decide what is to be done with it" in words(pilot, "#wrong")  # and the question stays
         for line in ("return", "sensor stack too small", "battery staple"):
@@ -157,7 +158,8 @@ async def test_notes_and_nonconformance():
             await type_line(pilot, line)
         await press(pilot, "ctrl+z")
         assert "only quality assurance releases it" in words(pilot, "#status")
-    assert stored("step_noted") == [{"step": "flatness", "text": "scratch on the shell", "nonconformance": True}]
+    noted = {"step": "flatness", "text": "scratch on the shell", "nonconformance": True, "typed": True}
+    assert stored("step_noted") == [noted]
     assert not stored("entry_undone")
 
 
@@ -273,14 +275,14 @@ async def test_records_are_picked_and_the_bode_plot_appears():
         for name in ("frf_noise.mat", "frf_noise_hf.mat"):
             await type_line(pilot, name)
         assert "Axial resonance" in words(pilot, "#findings")
-        titles = [str(head.render()) for head in pilot.app.screen.query(".panel-head")]
+        titles = [str(view.border_title) for view in pilot.app.screen.query(PanelView)]
         assert any("Vs / Va" in title for title in titles)
         await press(pilot, "f7")
         assert screen(pilot) == "Plots"
         first = words(pilot, "#which")
         await press(pilot, "f7")
         assert words(pilot, "#which") != first
-        assert "phase" in str(pilot.app.screen.query(".panel-head").last().render())
+        assert "phase" in str(pilot.app.screen.query(PanelView).last().render())
         await press(pilot, "escape")
         assert screen(pilot) == "StepScreen"
 

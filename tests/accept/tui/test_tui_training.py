@@ -141,7 +141,8 @@ async def test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys():
     async with running(lambda: bench) as pilot:
         ann = Technician(pilot)
         await ann.press("enter")
-        await ann.types("strut")  # the kind is chosen: it replaces what is proposed
+        while pilot.app.screen.dialogue.texts["kind"] != "strut":  # chosen by the arrows
+            await ann.press("right")
         await ann.begins()
         assert pilot.app.session.spec.kind == "strut"
         await ann.measures()
