@@ -313,9 +313,7 @@ def _agrees_before(base: Explanation, named: Sequence[Named], before: Gaps) -> t
 def _far(c: Explanation, most: float) -> dict[str, float]:
     """Return the calibrated values of the model further from its file than so many standard deviations of it, by how
     many."""
-    free = {p.name: p for p in c.response.free()}
-    far = {n: (c.at[n] - p.prior) / p.sd for n, p in free.items() if np.isfinite(p.sd) and n in c.at}
-    return {n: z for n, z in far.items() if abs(z) > most and n in c.response.model.values}
+    return {n: z for n, z in c.off_file.items() if abs(z) > most}
 
 
 def _worst(far: Mapping[str, float]) -> str:

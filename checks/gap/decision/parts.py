@@ -3,8 +3,8 @@ such values every channel agrees, and that is no agreement with the model if the
 model's file, by its batch, or by a measurement of the part itself that narrows either."""
 
 import numpy as np
-from scipy import stats
 
+from checks import distributions as stats
 from checks.fitting.fit import Fit
 from checks.gap.decision.result import Nameless
 from checks.gap.modelling.unmodelled_modes import ALL
@@ -47,12 +47,11 @@ def beyond_parts(full: Explanation, fit: Fit) -> tuple[Nameless, ...]:
 def values_beyond(full: Explanation) -> dict[str, float]:
     """Return the values of parts that lie further off than chance explains, by how many of the standard deviations that
     they may have: an error of the model's form moves them less than their pulls. Dampings have no range."""
-    free = [p for p in full.response.free() if np.isfinite(p.sd) and p.name in full.response.model.values and p.prior]
-    parts = {p.name: p for p in free if p.name.startswith(PARTS) and ".c" not in p.name}
-    off = {n: (full.at[n] - p.prior) / p.sd for n, p in parts.items()}
+    prior = {p.name: p.prior for p in full.response.free()}
+    off = {n: z for n, z in full.off_file.items() if n.startswith(PARTS) and ".c" not in n and prior[n]}
     if full.response.model.joint is not None:
         return {n: z for n, z in off.items() if abs(z) > BEYOND_BATCH}
     others = {n: z for n, z in off.items() if not n.startswith(FORCE)}
     most, weak = stats.norm.isf(OTHER_ALARMS / (2 * max(len(others), 1))), stats.norm.isf(FORCE_ALARMS)
-    lost = {n: z for n, z in off.items() if n not in others and -z * np.sign(parts[n].prior) > weak}
+    lost = {n: z for n, z in off.items() if n not in others and -z * np.sign(prior[n]) > weak}
     return lost | {n: z for n, z in others.items() if abs(z) > most}

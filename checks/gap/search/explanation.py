@@ -72,6 +72,13 @@ class Explanation:
         return data.around(self.response.frf(data.f, self.at, data.channels))
 
     @property
+    def off_file(self) -> dict[str, float]:
+        """Return how many standard deviations of its file each calibrated value of the model lies off it."""
+        values = self.response.model.values
+        free = (p for p in self.response.free() if np.isfinite(p.sd) and p.name in self.at and p.name in values)
+        return {p.name: (self.at[p.name] - p.prior) / p.sd for p in free}
+
+    @property
     def added(self) -> Effect:
         """Return the member that was added last."""
         return self.response.members[-1]
