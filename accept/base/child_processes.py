@@ -16,7 +16,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, TypeVar
 
 from accept.base import worker_process
-from accept.base.loading import SAFE_PATH
+from accept.base.loading import SAFE_PATH, import_nothing_from_here
 from specs.errors import AcceptError
 
 T = TypeVar("T")
@@ -41,7 +41,7 @@ def protected(secret: re.Pattern[str] = _PASSPHRASE) -> Iterator[None]:
     before = dict(os.environ)
     kept = [name for name in before if secret.search(name)]
     try:
-        os.environ[SAFE_PATH] = "1"
+        import_nothing_from_here()
         for name in kept:
             del os.environ[name]
         yield

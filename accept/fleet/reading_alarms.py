@@ -95,8 +95,8 @@ def coarse_meters(values: Array, labels: Mapping[str, Labels], unit: str) -> Ite
             )
 
 
-def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, Alarm]:
-    """Return serial -> alarm, at no index, of each value of a quantity that the others of its unit contradict.
+def unlike_values(frame: pd.DataFrame) -> dict[str, dict[str, Alarm]]:
+    """Return quantity -> serial -> alarm, at no index, of each value that the other quantities of its unit contradict.
 
     frame: rows of all quantities. Equal values in a row predict nothing; quantities that four of five units do not have
     are left out. Of a unit whose quantities contradict each other, the wrong one is that which agrees with two digits
@@ -108,15 +108,15 @@ def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, Alarm]:
     first = first.drop(index=equal).astype({"serial": object, "quantity": object})
     table = first.pivot(index="serial", columns="quantity", values="value").reindex(serials)
     table = table.loc[:, (table.notna().mean() >= PRESENT) & (table.nunique() > LEAST)]
-    if quantity not in table:
-        return {}
     names = list(map(str, table))
+    if len(names) < 2:
+        return {}
     scales = [scale_of(table[name].dropna().to_numpy()) for name in names]
     y = np.column_stack([to_scale(table[name].to_numpy(), scale) for name, scale in zip(names, scales, strict=True)])
     rest, sigmas = residuals(y)
-    n, own = int(np.isfinite(rest).sum()), names.index(quantity)
+    n = int(np.isfinite(rest).sum())
     gross = np.abs(rest) > most_sigmas(max(n, 1), max(n - 2, 1), CHANCE) * sigmas
-    found = {}
+    found = dict[str, dict[str, Alarm]]()
     for i in np.flatnonzero(gross.any(axis=1)).tolist():
         expected, off = y[i] - rest[i], np.abs(rest[i]) / sigmas[i]
         swaps = {
@@ -125,17 +125,17 @@ def unlike_values(frame: pd.DataFrame, quantity: str) -> dict[str, Alarm]:
             if (step := step_of(table[names[q]].dropna().to_numpy()))
             for swap in exchanged(float(table[names[q]].iloc[i]), step)
         }
-        nearest, wrong = min(swaps, default=(np.inf, own))
+        nearest, wrong = min(swaps, default=(np.inf, 0))
         if nearest > AGREES:
             wrong = int(np.nanargmax(off))
-        if wrong != own:
-            continue
-        value, ends = float(table[quantity].iloc[i]), expected[own] + sigmas[i, own] * np.array([0.0, 2.0])
-        middle, beyond = from_scale(ends, scales[own]).tolist()
-        near = f"; with two digits exchanged, {swaps[nearest, own]:g}, it agrees" if nearest <= AGREES else ""
+        quantity = names[wrong]
+        value, ends = float(table[quantity].iloc[i]), expected[wrong] + sigmas[i, wrong] * np.array([0.0, 2.0])
+        middle, beyond = from_scale(ends, scales[wrong]).tolist()
+        near = f"; with two digits exchanged, {swaps[nearest, wrong]:g}, it agrees" if nearest <= AGREES else ""
         words = (
-            f"{value:g} is {off[own]:.1f} standard deviations from {middle:.4g}, which the other quantities of the "
+            f"{value:g} is {off[wrong]:.1f} standard deviations from {middle:.4g}, which the other quantities of the "
             f"unit give ({', '.join(label_of(name) for name in names if name != quantity)}){near}"
         )
-        found[str(table.index[i])] = Alarm(UNLIKE, 0, 0, value - middle, abs(beyond - middle), 1, evidence=words)
+        alarm = Alarm(UNLIKE, 0, 0, value - middle, abs(beyond - middle), 1, evidence=words)
+        found.setdefault(quantity, {})[str(table.index[i])] = alarm
     return found

@@ -87,23 +87,27 @@ def trends(
     baselines: Mapping[str, StoredBaseline] | None = None,
     nelson_rules: Collection[int] = (),
     chosen: pd.Series | None = None,
+    unlike: Mapping[str, Mapping[str, Alarm]] | None = None,
 ) -> list[Trend]:
     """Return the trends of a quantity, one for each group. Only first attempts count: a repair does not describe the
     process.
 
-    frame: the whole history; chosen (rows of frame): the rows to show. baselines: group -> its baseline. Raises
-    FleetError if the store holds no value or a group mixes units of measure."""
+    frame: the whole history; chosen (rows of frame): the rows to show. baselines: group -> its baseline. unlike: by
+    `unlike_values` of the chosen rows, if that is known: it is the same for every quantity. Raises FleetError if the
+    store holds no value or a group mixes units of measure."""
     first = first_attempts(of_quantity(frame, quantity))
     if chosen is not None:
         first = first[chosen.reindex(first.index, fill_value=False)]
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
     ordered = in_order_of_measurement(first)
-    others = frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)]
-    unlike = unlike_values(others, quantity) if others["quantity"].nunique() > 1 else {}
+    if unlike is None:
+        unlike = unlike_values(frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)])
+    of_units = unlike.get(quantity, {})
     parts = [("all", ordered)] if by == "all" else ordered.groupby(by, observed=True)
     groups, known = ((str(name), rows) for name, rows in parts), baselines or {}
-    return [_trend(name, quantity, rows, known.get(name), tuple(sorted(nelson_rules)), unlike) for name, rows in groups]
+    rules = tuple(sorted(nelson_rules))
+    return [_trend(name, quantity, rows, known.get(name), rules, of_units) for name, rows in groups]
 
 
 def _trend(

@@ -32,19 +32,21 @@ def happenings(
 ) -> list[_Row]:
     """Return a row of day, kind, unit, person and words for each, by day. trends: as the page has them. Raises
     StoreError."""
+    days = since.isoformat(), until.isoformat()
     rows = [
         {"day": alarm["since"], "kind": "alarm", "unit": alarm["first"], "who": "", "words": alarm["words"]}
         for groups in trends.values()
         for group in groups.get("all", ())
         for alarm in group["alarms"]
+        if days[0] <= alarm["since"] <= days[1]
     ]
     for what, kind in KINDS.items():
-        for event in store.events(what=what.KIND):
+        for event in (e for e in store.events(what=what.KIND) if days[0] <= e.time[:10] <= days[1]):
             unit, words = _told(payload := what.of(event), event, store)
             who = shown_name(event.who, payload.typed)
             if words:
                 rows.append({"day": event.time[:10], "kind": kind, "unit": unit, "who": who, "words": words})
-    return sorted((r for r in rows if since.isoformat() <= r["day"] <= until.isoformat()), key=lambda row: row["day"])
+    return sorted(rows, key=lambda row: row["day"])
 
 
 def _told(payload: Payload, event: Event, store: Store) -> tuple[str, str]:

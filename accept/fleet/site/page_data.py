@@ -26,6 +26,8 @@ from accept.fleet.measurements import (
     is_between,
     measurements,
 )
+from accept.fleet.process_control.control_chart import Alarm
+from accept.fleet.reading_alarms import unlike_values
 from accept.fleet.site.happenings import happenings
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
@@ -116,7 +118,8 @@ def document(
         )
     alarms = ((g, alarm, doubt) for g in goldens for alarm, doubt in zip(g.chart.alarms, g.doubts, strict=True))
     off = [(g.quantity, g.words(alarm)) for g, alarm, doubt in alarms if doubt.is_between(since, until)]
-    charts = {name: _trends(frame, store, name, within) for name in units}
+    unlike = unlike_values(frame[within])
+    charts = {name: _trends(frame, store, name, within, unlike) for name in units}
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
@@ -159,14 +162,20 @@ def _moments(frame: pd.DataFrame) -> dict[int, str]:
     return dict(zip(ordered["seq"].tolist(), at.dt.strftime("%Y-%m-%dT%H:%M:%S").tolist(), strict=True))
 
 
-def _trends(frame: pd.DataFrame, store: Store, name: str, within: "pd.Series[bool]") -> dict[str, list[dict[str, Any]]]:
+def _trends(
+    frame: pd.DataFrame,
+    store: Store,
+    name: str,
+    within: "pd.Series[bool]",
+    unlike: Mapping[str, Mapping[str, Alarm]],
+) -> dict[str, list[dict[str, Any]]]:
     """Return column -> limits, mean, alarms in words and indices of each group, as `accept trend` states them."""
     found = {}
     for by in TREND_BY:
         if by != "all" and (frame[by] == NOT_STATED).all():
             continue
         try:
-            charts = trends(frame, name, by, stored_baselines(store, name, by), chosen=within)
+            charts = trends(frame, name, by, stored_baselines(store, name, by), (), within, unlike)
         except FleetError:
             continue
         keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")
