@@ -22,7 +22,7 @@ from accept.workflow.worker.judging import judge_step
 from checks.acceptance import CHECKS
 from checks.declare import Series
 from specs.spec import Limit
-from tests.accept.tui.tui_help import HEIGHTS, begin, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import HEIGHTS, begin, loader, press, running, settled, type_line, until, words
 from tests.shared.record_files import write_csv
 from tests.soak import SOAK
 
@@ -84,6 +84,7 @@ async def test_a_file_that_is_refused_is_replaced_by_the_name_that_is_typed_next
         field = pilot.app.screen.query_one(Field)
         assert not field.input.value  # a file that is no use is not tried again: Enter takes what is proposed
         assert "it has x_mm (1 rows)" in str(field.query_one(".reason", Static).render())
+        await until(lambda: pilot.app.focused is field.input)  # the cursor comes back behind what was typed ahead
         await press(pilot, *"good.csv", "enter")
         assert pilot.app.screen.dialogue.complete
         assert "good.csv" in str(field.query_one(".stored", Static).render())
