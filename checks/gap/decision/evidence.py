@@ -20,6 +20,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import ROUNDS, required_gain, settle
 from checks.gap.search.explanation import MATTERS, Explanation
 from checks.gap.search.forward import SearchResult, is_within_tolerance
+from checks.gap.search.places import Places
 from checks.gap.statistics.adequacy import Adequacy
 from checks.gap.statistics.disagreement import left_by_cell
 from checks.model.model import frequency_and_damping
@@ -171,6 +172,19 @@ class NameEvidence:
     def acting_on(self) -> tuple[str, ...]:
         """Return the channels on which the effect acts."""
         return self.full.acting_on(self.effect)
+
+    @property
+    def is_any_filter(self) -> bool:
+        """Return whether an effect of every channel acts on one alone and is not distinguished from a filter there. An
+        element is, if it explains what a name needs even beside any factor on that channel, one complex number for each
+        frequency: its evidence is then in the other channels, small as it is there."""
+        if len(self.effect.channels) <= AT_LEAST or len(self.acting_on) != 1:
+            return False
+        if not isinstance(self.effect, GenericElement):
+            return True
+        beside = (Places(c.seen) for c in (self.without, self.best))
+        without, with_it = (0.5 * (p.left - p.gain_of_factor(self.acting_on[0])) for p in beside)
+        return without - with_it < self.table.delta_lnL
 
     @property
     def channels(self) -> str:
