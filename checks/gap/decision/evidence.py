@@ -1,7 +1,7 @@
 """What is known of an effect of an explanation, for the gates of a name: its gain, its values, where it acts, and what
 is left there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,6 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import ROUNDS, required_gain, settle
 from checks.gap.search.explanation import MATTERS, Explanation
 from checks.gap.search.forward import SearchResult, is_within_tolerance
-from checks.gap.search.places import Places
 from checks.gap.statistics.adequacy import Adequacy
 from checks.gap.statistics.disagreement import left_by_cell
 from checks.model.model import frequency_and_damping
@@ -175,16 +174,17 @@ class NameEvidence:
 
     @property
     def is_any_filter(self) -> bool:
-        """Return whether an effect of every channel acts on one alone and is not distinguished from a filter there. An
-        element is, if it explains what a name needs even beside any factor on that channel, one complex number for each
-        frequency: its evidence is then in the other channels, small as it is there."""
+        """Return whether an effect of every channel acts on one alone, as any filter there does. An element is none if
+        every filter that could stand there explains less, by what a name needs: none costs more than its parameters,
+        because both are explanations of one kind."""
         if len(self.effect.channels) <= AT_LEAST or len(self.acting_on) != 1:
             return False
         if not isinstance(self.effect, GenericElement):
             return True
-        beside = (Places(c.seen) for c in (self.without, self.best))
-        without, with_it = (0.5 * (p.left - p.gain_of_factor(self.acting_on[0])) for p in beside)
-        return without - with_it < self.table.delta_lnL
+        of_channel = (m for m in self.search.library if isinstance(m, UnmodelledMode) and m.channels == self.acting_on)
+        filters = replace(self.search, library=tuple(replace(m, stands_in=False) for m in of_channel))
+        least = self.best.score - self.table.delta_lnL
+        return any(c.score > least for c in filters.add_one(self.without))
 
     @property
     def channels(self) -> str:

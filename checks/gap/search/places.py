@@ -83,11 +83,8 @@ class Places:
     @cached_property
     def factors(self) -> dict[str, float]:
         """Return the same gain for any factor on each channel."""
-        return {c: self.gain_of_factor(c) for c in self.projected.data.channels}
-
-    def gain_of_factor(self, channel: str) -> float:
-        """Return the same gain for any factor on one channel."""
-        return self.gain_of(self.projected.modelled * (np.array(self.projected.data.channels) == channel))
+        H, channels = self.projected.modelled, self.projected.data.channels
+        return {c: self.gain_of(H * one) for c, one in zip(channels, np.eye(H.shape[1]), strict=True)}
 
     @cached_property
     def ranked(self) -> list[Direction]:
