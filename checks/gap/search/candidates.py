@@ -271,9 +271,9 @@ class Search:
 
     def add_element(self, base: Explanation, in_path: bool = False) -> list[Explanation]:
         """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
-        adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
-        lacked an element may have gone astray, and then only the place is told. in_path: whether what may lie in the
-        path of one channel counts too."""
+        adequate fit, the first and the best of them and what stands at the likeliest places from the priors too: a
+        calibration that lacked an element may have gone astray, and then only the place is told. in_path: whether what
+        may lie in the path of one channel counts too."""
         places = Places(base.on(self.A).seen)
         if places.in_signal_path and not in_path:
             return []
@@ -283,7 +283,7 @@ class Search:
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
-        tried = [next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR]]
+        tried = [*first[:FROM_FAR], *(next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR])]
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
         far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
