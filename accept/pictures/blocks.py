@@ -26,7 +26,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Sentence:
-    """details: numbers and advice that belong to it; evidence: how sure it is."""
+    """A sentence of a report. details: numbers and advice that belong to it; evidence: how sure it is."""
 
     words: str
     role: Role = Role.REMARK

@@ -20,7 +20,8 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class Sign:
-    """word: as it is read; mark: one character of a terminal; print_mark: of the certificate's typeface."""
+    """The look of a verdict. word: as it is read; mark: one character of a terminal; print_mark: of the certificate's
+    typeface."""
 
     word: str
     mark: str

@@ -254,7 +254,7 @@ class BenchApp(InOrder):
         self.close_unit()
 
     def close_unit(self) -> None:
-        """Let go of the unit, and note how far it came."""
+        """Close the unit, and keep its verdict for the exit code."""
         if self.session is not None:
             from accept.base.documents.results import unit_word  # what it imports is there by now
 

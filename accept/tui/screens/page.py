@@ -25,7 +25,7 @@ _SLIM = 76  # columns below which nothing stands beside a form
 
 
 class Page(Scanning):
-    """words: what to do here; row: its place in the list of steps."""
+    """A screen of a step. words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("pageup", "page(-1)", show=False),

@@ -183,8 +183,8 @@ def _unless_secret(d: StartDialogue, names: Iterable[str], then: str) -> Turn:
 
 
 def recognized(d: StartDialogue, asked: LookForPassphrase, secret: str | None) -> Turn:
-    """Answer the key, anew if something else was typed meanwhile, or take a passphrase away. secret: the field that it
-    was typed into, None without one."""
+    """Go on with a key after the search for a passphrase: clear the field that holds one, or answer the key, anew if a
+    text changed meanwhile. secret: the field with the passphrase, None without one."""
     if secret is not None:
         d = replace(d, typed="") if secret == "serial" else d
         return _put(d, {secret: ""}).then(refuse, secret, NOT_TAKEN)

@@ -30,12 +30,12 @@ def parts_of(kind: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class StartDialogue:
-    """texts: field -> what stands there; cursor: the field that is typed into; problem: why the unit that was wanted is
-    not open; bench: None until it is open; opens: that is under way; looks: a serial is being looked up; known: its
-    unit; key_problem: why the operator cannot sign here; refused: the field whose refusal stands at the foot; ends:
-    Escape was pressed once; confirmed: serials that were typed once more; begins: kind and parts of a new unit are
-    asked for; named: the operator who was given, or has entered the name; left: unit that was open before; back: the
-    same, where the scan of another one led here.
+    """State of the first screen. texts: field -> what stands there; cursor: the field that is typed into; problem: why
+    the unit that was wanted is not open; bench: None until it is open; opens: that is under way; looks: a serial is
+    being looked up; known: its unit; key_problem: why the operator cannot sign here; refused: the field whose refusal
+    stands at the foot; ends: Escape was pressed once; confirmed: serials that were typed once more; begins: kind and
+    parts of a new unit are asked for; named: the operator who was given, or has entered the name; left: unit that was
+    open before; back: the same, where the scan of another one led here.
 
     lists: the units are being listed; listed: they are there; at: name and kind of the queue that is shown, None for
     all units; typed: letters that the serials of the units shown hold; row: place of the cursor among them; adds: a

@@ -68,8 +68,8 @@ class SummaryFacts:
 
 @dataclass(frozen=True)
 class SummaryDialogue:
-    """row: the finding whose reason is shown; signs: its key came before the result; report: of the certificate
-    that was signed here; failed: there is no result."""
+    """State of the summary. row: the finding whose reason is shown; signs: its key came before the result; report: of
+    the certificate that was signed here; failed: there is no result."""
 
     facts: SummaryFacts
     row: int = 0

@@ -31,8 +31,8 @@ def needed_apart(claim: Claim, others: Iterable[Effect], table: Thresholds) -> f
 
 @dataclass(frozen=True, eq=False)
 class Alternatives:
-    """claim: the best; rivals: all that cannot be distinguished; fitted: other adequate explanations, with rivals among
-    them; whole: the explanation with the claim."""
+    """A claim and its rivals. claim: the best; rivals: all that cannot be distinguished; fitted: other adequate
+    explanations, with rivals among them; whole: the explanation with the claim."""
 
     claim: Claim
     rivals: Sequence[Ambiguous]
