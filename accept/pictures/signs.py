@@ -1,4 +1,5 @@
-"""How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
+"""The look of a verdict, once for every medium: distinguished by word, by mark and by colour, so also without
+colour."""
 
 from dataclasses import dataclass
 from enum import Enum

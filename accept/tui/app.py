@@ -31,7 +31,7 @@ _TEXTUALS = ("app.focus_next", "app.focus_previous", "screen.copy_text")  # what
 
 @dataclass
 class RunOutcome:
-    """What this run has come to, for the exit code."""
+    """The verdicts of this run, for the exit code."""
 
     verdicts: dict[str, str] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)  # the same as people read them
@@ -290,7 +290,7 @@ class BenchApp(InOrder):
 
 
 def open_at_bench(bench: "Workbench", begun: Begun) -> "tuple[Workbench, Session, list[str]]":
-    """Open the unit with what the screens need of the physics; imported here, in a thread."""
+    """Open the unit with the physics that its screens need, which is imported here, in a thread."""
     with ONE_IMPORT:
         import accept.tui.screens.steps  # noqa: F401
     at_unit = bench.at_unit(begun)

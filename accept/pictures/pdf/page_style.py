@@ -32,7 +32,7 @@ WHITE = HexColor("#ffffff")
 
 @dataclass(frozen=True)
 class PageSign:
-    """How a verdict looks: distinguished by colour, by word and by mark, so also in grey and from afar."""
+    """The look of a verdict on a page: distinguished by colour, by word and by mark, so also in grey and from afar."""
 
     word: str
     mark: str

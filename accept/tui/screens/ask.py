@@ -168,7 +168,7 @@ class Choice(InFront[int]):
 
 
 class Help(ModalScreen[bool]):
-    """What a screen is for, and all its keys. Dismisses True if its further key was pressed."""
+    """The purpose of a screen, and all its keys. Dismisses True if its further key was pressed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,enter", "leave", "Back"),

@@ -46,7 +46,7 @@ _CLOCK_S = 30.0
 
 @dataclass(frozen=True)
 class Given:
-    """What the command line or the unit before said: the start screen proposes it. left: the unit that was open."""
+    """Proposals for the start screen, from the command line or the unit before. left: the unit that was open."""
 
     operator: str = ""
     serial: str = ""

@@ -1,4 +1,4 @@
-"""What the first screen asks of the bench: a unit that is begun, and the questions before it is."""
+"""The orders of the first screen to the bench: a unit that is begun, and the questions before it is."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -212,7 +212,7 @@ class StepDialogue:
 
     @property
     def judging_words(self) -> str:
-        """Return what stands in place of the findings, "" to show them."""
+        """Return the words in place of the findings, "" to show the findings."""
         if self.step.check.model is None:
             return "Evaluating … (Esc: back; entries are kept)" if self.judges else ""
         lacks = self.stopped and self.complete and self.facts.judgement is None  # an earlier one still holds

@@ -41,7 +41,7 @@ class Alternatives:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Return the names of what does as well as the claim."""
+        """Return the names of the effects that do as well as the claim."""
         own = self.claim.effect.name
         return tuple(sorted({n for a in self.rivals if own in a.effects for n in a.effects} - {own}))
 

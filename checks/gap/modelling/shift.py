@@ -1,4 +1,4 @@
-"""What a condition at the bench changes of a model's parameters."""
+"""Changes of a model's parameters by a condition at the bench."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
