@@ -36,7 +36,7 @@ COMPARED = ("Store", "Bench")  # rows that a program compares and no reader need
 _HASH = re.compile(r"(?<=sha256 )([0-9a-f]{12})[0-9a-f]{52}")
 _JPEG = b"\xff\xd8"  # how such a file begins
 _PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
-_FINDING_WIDTHS = [w * mm for w in (43, 32, 30, 27, 13, 16, 21)]
+_FINDING_WIDTHS = [w * mm for w in (41, 35, 30, 26, 13, 16, 21)]
 _HEADS = 2  # rows of the table of findings above the first one
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 

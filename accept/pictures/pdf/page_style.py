@@ -74,6 +74,7 @@ TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GR
 
 
 def words(text: object, style: Any = BODY) -> Paragraph:
-    """Return a paragraph of any text: markup in it stays text, control characters become blanks."""
-    plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
+    """Return a paragraph of any text: markup in it stays text, control characters become blanks.
+    A no-break space holds a line together."""
+    plain = "".join(c if c.isprintable() or c == "\u00a0" else " " for c in pretty(str(text)))
     return Paragraph(escape(plain, quote=False), style)
