@@ -285,7 +285,7 @@ class BenchApp(InOrder):
             )
             told = getattr(screen, "help_text", None)
             words = told() if callable(told) else "Enter goes on, Esc goes back."
-            always = f"  {'F12':<12}Light or dark\n  {'^q':<12}Quit; the next start proposes this unit"
+            always = f"  {'F12':<12}Light or dark\n  {'^Q':<12}Quit; the next start proposes this unit"
             self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}\n{always}"))
 
 
