@@ -209,7 +209,8 @@ def golden_charts(
     table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
     return Answer(
         rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
-        *(alarm["words"] for d in documents for alarm in d["alarms"]),
+        *(f"{'' if alarm['rings'] else 'to be watched: '}{alarm['words']}" for d in documents for alarm in d["alarms"]),
+        *(Remark(f"{d['quantity']}: {d['findable']}") for d in documents),
         *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
         rows(doubted, f"{doubted['serial'].nunique()} units judged since the last good day") if rings else None,
         *files(outputs, doubted, documents),
