@@ -69,7 +69,8 @@ def mixture(
     of_logs = two_populations(np.log(values[kept])) if found and values.min() > 0.0 else found
     if found is None or of_logs is None:
         return None  # skewed values are two populations as measured, and one on a logarithmic scale
-    low, high = (float(from_scale(np.median(y) + np.array(mean), scale)) for mean in found.means)
+    middle = np.median(to_scale(level, scale))
+    low, high = (float(from_scale(middle + np.array(mean), scale)) for mean in found.means)
     by = next((c for c, of in labels.items() if _share(of[kept], found.upper) >= EXPLAINS), "")
     explained = f"; {by} tells them apart" if by else "; no bench, meter, operator, lot or spec tells them apart"
     words = (
