@@ -19,10 +19,10 @@ of a third of its own added, rounded as coarsely, filtered, interpolated or thin
 
 import base64
 import hashlib
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,8 +187,9 @@ class Sketches:
     def __init__(self, sketches: Sequence[Sketch]) -> None:
         self.all = sketches
         hashed = [np.concatenate([s.swings, *s.halves, *s.noise]) for s in sketches] or [NO_HASHES]
-        self.hashes, self.owner = np.concatenate(hashed), np.repeat(np.arange(len(hashed)), [*map(len, hashed)])
-        self.distinct = np.unique(self.hashes)
+        order = np.argsort(hashes := np.concatenate(hashed))
+        self.hashes, self.owner = hashes[order], np.repeat(np.arange(len(hashed)), [*map(len, hashed)])[order]
+        self.known: WeakKeyDictionary[Sketches, list[tuple[int, int]]] = WeakKeyDictionary()
         at = np.linspace(0, SAMPLES - 1, PROBES).astype(int)
         none = np.full(PROBES, np.nan)
         self.values = np.array([s.values[at] if s.values.size else none for s in sketches]).reshape(-1, PROBES)
@@ -197,20 +198,19 @@ class Sketches:
 
     def same(self, others: "Sketches") -> list[tuple[int, int]]:
         """Return the places of all pairs that are the same as `Sketch.same` says."""
-        pairs = {*self._of_common_hashes(others), *self._of_near_samples(others)}
-        return sorted((n, m) for n, m in pairs if self.all[n].same(others.all[m]))
+        if others not in self.known:
+            pairs = {*self._of_common_hashes(others), *self._of_near_samples(others)}
+            self.known[others] = sorted((n, m) for n, m in pairs if self.all[n].same(others.all[m]))
+        return self.known[others]
 
     def _of_common_hashes(self, others: "Sketches") -> Iterator[tuple[int, int]]:
         """Yield the pairs with so many hashes in common that swings or noise may be the same."""
-        if not (self.distinct.size and others.distinct.size):
-            return
-        near = self.distinct[np.searchsorted(self.distinct, others.hashes).clip(max=self.distinct.size - 1)]
-        common = np.flatnonzero(near == others.hashes)
-        ours: dict[int, list[int]] = {}
-        for at in np.flatnonzero(np.isin(self.hashes, others.hashes[common])):
-            ours.setdefault(int(self.hashes[at]), []).append(int(self.owner[at]))
-        count = Counter((n, int(others.owner[at])) for at in common for n in ours[int(others.hashes[at])])
-        yield from (pair for pair, times in count.items() if times >= COMMON_NOISE)
+        first = np.searchsorted(self.hashes, others.hashes)
+        times = np.searchsorted(self.hashes, others.hashes, "right") - first  # that each hash is one of ours
+        before = np.cumsum(times) - times
+        ours = self.owner[np.arange(times.sum()) + np.repeat(first - before, times)]
+        count = np.bincount(ours * len(others.all) + np.repeat(others.owner, times))
+        yield from (divmod(int(pair), len(others.all)) for pair in np.flatnonzero(count >= COMMON_NOISE))
 
     def _of_near_samples(self, others: "Sketches") -> Iterator[tuple[int, int]]:
         """Yield the pairs with the same levels, or samples so near, with either sign, that they may be the same."""

@@ -35,12 +35,12 @@ def rereadings(
     for event in store.judgements_with(own):
         if event.what != UnitJudged.KIND:
             continue
-        if event.subject not in void:
+        differences = dict(_differences(event, serial, own, findings, files))
+        if differences and event.subject not in void:
             void[event.subject] = set(voids(store, event.subject))
-        if event.seq not in void[event.subject]:
-            for quantity, reading in _differences(event, serial, own, findings, files):
-                if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
-                    found[quantity] = reading
+        for quantity, reading in differences.items() if event.seq not in void.get(event.subject, ()) else ():
+            if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
+                found[quantity] = reading
     return found
 
 
