@@ -2,17 +2,22 @@
 
 import itertools
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.text import Text
 from textual._compositor import CompositorUpdate
 from textual.binding import Binding
 from textual.css.stylesheet import Stylesheet
 from textual.dom import DOMNode
+from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.screen import Screen
+from textual.strip import Strip
+from textual.widget import Widget
 from textual.widgets import Label
 
 from accept.tui.app import BenchApp
@@ -27,11 +32,18 @@ from accept.tui.screens.start import StartScreen
 from accept.tui.screens.step import StepScreen
 from accept.tui.screens.steps import Steps
 from accept.tui.screens.summary import Summary
+from accept.tui.widgets import hanging
 from accept.tui.widgets.key_row import PALETTE, KeyRow, ShownKey, placed
+from accept.tui.widgets.live_value import Followed, Gauge
 from accept.tui.widgets.step_list import StepList
+from accept.workflow.instruments.port import Look
+from checks.declare import Measured
 from checks.picture import Line, Panel
-from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line, words
+from specs.spec import Limit
+from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, settled, type_line, words
+from tests.hw.instruments.fake_instrument import Fake
 
+METER = Followed("meter", "sensor stack", "uF", Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test"))
 SIZE = (120, 36)
 FRAME = frozenset(" │─╭╮╰╯▁▃▅▇█")  # borders and bars of scrolling
 USED = 0.6  # of the rows
@@ -166,3 +178,36 @@ async def test_an_arrow_from_line_to_line_styles_what_it_lights_and_no_whole_car
         lit = [str(each.content) for each in pilot.app.screen.query(".label").results(Label) if each.styles.text_style]
     assert len(lit) == 1  # the one line with the cursor
     assert len(styled) <= 70  # 225 where the whole card is styled
+
+
+async def test_a_look_at_an_instrument_draws_the_rows_that_changed_and_no_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Red before: each text of the value was folded twice as a whole, and all rows of all parts were taken."""
+    folded: list[Text] = []
+    taken: list[int] = []
+    fold, take = hanging._folded, Widget.render_lines
+    async with running(size=SIZE) as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        gauge = pilot.app.screen.query_one(Gauge)
+        gauge.follow(Fake([0.0], hold=True), METER, None)
+        gauge.show(Look(Measured(4.93, 0.02), ""))
+        await settled(pilot)
+
+        def folding(line: Text, *more: Any) -> Iterator[Text]:
+            folded.append(line)
+            return fold(line, *more)
+
+        def taking(widget: Widget, crop: Region) -> list[Strip]:
+            taken.append(crop.height)
+            return take(widget, crop)
+
+        monkeypatch.setattr(hanging, "_folded", folding)
+        monkeypatch.setattr(Widget, "render_lines", taking)
+        gauge.show(Look(Measured(4.95, 0.02), ""))
+        await settled(pilot)
+    assert "4.950 ± 0.020 µF" in gauge.render().plain
+    digits, course, bar, take_it = 3, 1, 2, 1  # rows of one value
+    assert 0 < len(folded) <= digits + course + bar + take_it
+    assert sum(taken) < 2 * SIZE[1]  # 261 where all rows of all parts are taken
