@@ -19,6 +19,7 @@ from accept.store import open_store
 from accept.tui.screens.step import StepScreen
 from accept.units import unit_folder
 from accept.workflow.dialogue.begin import Begun
+from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.training import TrainingScore, TrainingUnit, hidden_words, open_training, training_request
 from tests.accept.tui.tui_help import press, running, words
 
@@ -196,6 +197,26 @@ async def test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_
     assert "put it right" in at_unit.training.hidden
     assert (at_unit.records / "frf_noise_hf.mat").read_bytes() == kept
     assert bench.next_serial() == "TRAIN-000006"
+    session.close()
+    bench.close()
+
+
+async def test_what_was_put_right_is_proposed_at_once():
+    """Red before: as if it were still being written, for a second and a half in which Enter was refused."""
+    begun, bench = Begun("TRAIN-000005", "apa", "Ann"), open_training("apa", APA_SEED)
+    at_unit = bench.at_unit(begun)
+    session, _ = at_unit.open_unit(begun)
+    step, again = session.step("frf"), next(r for r in remedies("apa") if r.words == "copy the high record again")
+    form, high = step.check.forms[-1], at_unit.records / "frf_noise_hf.mat"
+    for wait_s in (SETTLED_S, 0.0):  # a person needs as long to choose; nobody is quicker than the file is settled
+        session.records.link(step.name, step.check.inputs["high"], high)
+        assert high.name not in {file.name for file in session.records.proposals(step, form, at_unit.records).values()}
+        time.sleep(wait_s)
+        at_unit.training.put_right(session, again)
+        shown_by = time.monotonic() + (0.0 if wait_s else SETTLED_S)
+        while time.monotonic() < shown_by:
+            time.sleep(0.1)
+        assert high.name in {file.name for file in session.records.proposals(step, form, at_unit.records).values()}
     session.close()
     bench.close()
 
