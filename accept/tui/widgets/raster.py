@@ -43,16 +43,16 @@ class Raster:
         """Join places by straight lines; NaN interrupts them."""
         ends = np.column_stack([columns, rows])
         far = 4.0 * (self.width + self.height)  # a line that is longer than the drawing by so much is not seen
-        near = (np.abs(ends) < far).all(axis=1)  # NaN is not
+        near = np.abs(ends).max(axis=1, initial=0.0) < far  # NaN is not
         seen = np.flatnonzero(near[:-1] & near[1:])
         begin, end = ends[seen], ends[seen + 1]
         dots = 1 + np.ceil(np.abs((end - begin) * (ACROSS, DOWN)).max(axis=1, initial=0.0)).astype(int)
         step = (end - begin) / np.maximum(dots - 1, 1)[:, None]
         line = np.repeat(np.arange(seen.size), dots)
         behind = np.arange(line.size) - np.repeat(np.cumsum(dots) - dots, dots)
-        along, down = np.where((behind == dots[line] - 1)[:, None] & (behind > 0)[:, None], end[line],
-                               behind[:, None] * step[line] + begin[line]).T  # fmt: skip
-        shown = behind >= 0 if not dashed else np.arange(line.size) % (_DASH + _GAP) < _DASH
+        is_end = ((behind > 0) & (behind == (dots - 1)[line])).reshape(-1, 1)
+        along, down = np.where(is_end, end[line], behind[:, None] * step[line] + begin[line]).T
+        shown = np.arange(line.size) % (_DASH + _GAP) < (_DASH if dashed else _DASH + _GAP)
         self.dots(along[shown], down[shown], style)
 
     def write(self, row: int, column: int, words: str, style: str = "", *, below: bool = False) -> None:
