@@ -17,11 +17,12 @@ from accept.simulate.faults import remedies
 from accept.simulate.unit_request import SHORT_S
 from accept.store import open_store
 from accept.tui.screens.step import StepScreen
+from accept.tui.widgets.key_row import KeyRow
 from accept.units import unit_folder
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.training import TrainingScore, TrainingUnit, hidden_words, open_training, training_request
-from tests.accept.tui.tui_help import press, running, words
+from tests.accept.tui.tui_help import press, running, settled, words
 
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
@@ -134,6 +135,23 @@ async def test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accept
     with open_store() as store:  # a training never leaves anything in the real bench's record
         assert store.head().seq == 0
     assert not (home() / "keys").exists()
+
+
+@pytest.mark.slow
+async def test_an_apa_by_mouse_alone_up_to_the_question_for_the_passphrase():
+    """A click on the chip at the foot does what is to be done next, on every screen."""
+    bench, clicks = open_training("apa", APA_SEED), 0
+    async with running(lambda: bench) as pilot:
+        while type(pilot.app.screen).__name__ != "Summary":
+            clicks += 1
+            await pilot.click(KeyRow, offset=(3, 0))
+            await settled(pilot)
+            assert clicks <= MOST_KEYS["apa"], type(pilot.app.screen).__name__
+        await pilot.click(KeyRow, offset=(3, 0))
+        await settled(pilot)
+        assert type(pilot.app.screen).__name__ == "Question"
+        assert "You sign as technician" in words(pilot, ".words")
+    bench.close()
 
 
 @pytest.mark.slow
