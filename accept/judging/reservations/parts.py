@@ -34,15 +34,19 @@ class BuiltIn(NamedTuple):
         return spelling_key(self.part) in map(spelling_key, self.within)
 
 
-def parts_below(store: Store, unit: UnitHeader, within: tuple[str, ...] = ()) -> Iterator[BuiltIn]:
-    """Yield the parts of a unit, each followed by its own, as its last judgement names them. Raises StoreError."""
-    within = (*within, unit.serial)
-    for name, part in sorted(unit.parts.items()):
-        of = name if len(within) == 1 else f"{unit.serial}'s {name}"
-        found = BuiltIn(of, part, within, store.latest(part, UnitJudged.KIND))
-        yield found
-        if found.last is not None and not found.is_within_itself:
-            yield from parts_below(store, UnitJudged.of(found.last).result, within)
+def parts_below(store: Store, unit: UnitHeader) -> Iterator[BuiltIn]:
+    """Yield the parts of a unit and theirs, as the last judgement of each names them, once. Raises StoreError."""
+    waiting, seen = list[tuple[UnitHeader, tuple[str, ...]]]([(unit, ())]), set[str]()
+    while waiting:
+        holder, above = waiting.pop()
+        within = (*above, holder.serial)
+        for name, part in sorted(holder.parts.items()):
+            called = f"{holder.serial}'s {name}" if above else name
+            found = BuiltIn(called, part, within, store.latest(part, UnitJudged.KIND))
+            yield found
+            if found.last is not None and not found.is_within_itself and spelling_key(part) not in seen:
+                seen.add(spelling_key(part))
+                waiting.append((UnitJudged.of(found.last).result, within))
 
 
 def part_doubts(store: Store, strut: UnitHeader) -> list[str]:

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from accept.base.documents.results import UnitHeader
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.batch import services
@@ -24,6 +25,7 @@ from accept.certificate.trust.commissioned import claim_of, is_proven
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
 from accept.fleet.golden_check import check
+from accept.judging.reservations import parts_below
 from accept.store import START, open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import (
@@ -663,6 +665,33 @@ def test_a_part_of_a_part_that_was_rejected_since(tmp_path: Path) -> None:
     doubted(verified(pdf), "casts doubt on its parts: A-1's apa K-1 was judged 'rejected' on ")
     done = verified(built(tmp_path, "S-2", "A-1", stroke=361.1, sensor=4.92))
     assert done.stdout.startswith("valid: S-2 conditional;")
+
+
+def test_parts_that_name_each_other_are_asked_once(tmp_path: Path) -> None:
+    """By way of each of two parts on every level there would be two to the power of twenty."""
+    certified(tmp_path, "A-1", serial="A-1")
+    known, last = events("A-1", UnitJudged.KIND)[-1], ["A-1"]
+    for level in range(20):
+        with open_store() as store:
+            now, parts = [f"L{level}-L", f"L{level}-R"], {f"p{n}": part for n, part in enumerate(last)}
+            for serial in now:
+                store.append(
+                    known.what, serial, known.data | {"result": known.data["result"] | {"parts": parts}}, who="A"
+                )
+        last = now
+    started = time.process_time()
+    with open_store() as store:
+        found = [*parts_below(store, UnitHeader(serial="S-1", kind="apa", parts={"l": last[0], "r": last[1]}))]
+    assert len(found) == 2 + 19 * 4 + 2
+    assert time.process_time() - started < 5.0  # 0.1 s
+
+
+def test_a_certificate_of_another_unit_is_kept(tmp_path: Path) -> None:
+    pdf = certified(tmp_path, "A-1", serial="A-1")
+    before = pdf.read_bytes()
+    accept("report", unit(tmp_path / "A-2", "A-2", 4.92, 361.1), "--spec", "apa-basic", "--out", pdf)
+    assert (tmp_path / "A-1_superseded-1.pdf").read_bytes() == before
+    assert "A-2 accepted" in verified(pdf).stdout
 
 
 def test_a_unit_is_no_part_of_itself(tmp_path: Path) -> None:
