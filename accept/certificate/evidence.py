@@ -163,7 +163,7 @@ def evidence_in(folder: Path) -> EvidenceFolder | None:
 
 
 def differences(folder: Path, stated: EvidenceFolder) -> Iterator[str]:
-    """Yield each file that is gone, was changed or was added since the package was made, or is none of it."""
+    """Yield each file that is gone, was changed or was added since the package was made, or lies outside."""
     for name, sha256 in stated.files.items():
         try:
             real = os.path.realpath(folder / name)

@@ -4,7 +4,7 @@ order."""
 
 import hashlib
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -406,8 +406,9 @@ def _lacks(words: str, found: Sequence[str]) -> Iterator[Step]:
 
 def _parts(store: Store, contents: CertificateContent, roots: _Authorities) -> Iterator[Step]:
     """Yield what the store has of the parts, and of theirs, and raises no doubt: what held before the judgement that
-    accepted each, and that nobody approved its spec."""
+    accepted each, a spec without approval, parts that are left out now."""
     named = [*map(spelling_key, contents.record.parts.values())]
+    yield from (Step("", remark=f"it {words}") for words in _left_out(store, contents.serial, contents.record.parts))
     for name, part, within, last in parts_below(store, contents.record):
         events = list(counted(store, store.events(part)))
         yield from _unread(events)
@@ -419,8 +420,19 @@ def _parts(store: Store, contents: CertificateContent, roots: _Authorities) -> I
             if not is_approved(store, home(), last.spec, UnitJudged.of(last).result.models, roots):
                 by = quoted(last.spec.partition("@")[0])
                 said.append(f"was {last.data['result']['verdict']} by {by}, {NOT_APPROVED}")
+            said += _left_out(store, part, UnitJudged.of(last).result.parts)
         said += map(_decided_words, _decided(standing(store, part, {}).decided))
         said += ["stands in two places"] if named.count(spelling_key(part)) > 1 else []
         others = [quoted(one) for one in store.naming(part) if one != within[-1]]
         said += [f"has stood in {listed(others)}"] if others else []
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
+
+
+def _left_out(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
+    """Return that a unit was judged with parts before, in whose places it names none: what speaks against them would
+    speak against it."""
+    void, before = voids(store, serial), dict[str, str]()
+    for event in store.events(serial, UnitJudged.KIND):
+        before |= {} if event.seq in void else UnitJudged.of(event).result.parts
+    gone = [quoted(f"{place} {part}") for place, part in sorted(before.items()) if place not in parts]
+    return [f"was judged with {listed(gone)} before and names nothing in the place now"] if gone else []

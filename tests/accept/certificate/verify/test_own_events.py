@@ -667,6 +667,15 @@ def test_a_part_of_a_part_that_was_rejected_since(tmp_path: Path) -> None:
     assert done.stdout.startswith("valid: S-2 conditional;")
 
 
+def test_a_part_that_is_left_out_of_a_new_measurement(tmp_path: Path) -> None:
+    """Of the unit, and of a part, also by a judgement that nobody made."""
+    built(tmp_path, "A-1", "K-1")
+    certified(tmp_path, "A-1", serial="A-1", stroke=361.1, sensor=4.93)
+    left_out = "was judged with 'apa K-1' before and names nothing in the place now"
+    assert f"A-1 accepted; it {left_out}; " in verified(tmp_path / "A-1.pdf").stdout
+    assert f"S-1 accepted; 'apa A-1': {left_out}; " in verified(built(tmp_path, "S-1", "A-1", stroke=364.1)).stdout
+
+
 def test_parts_that_name_each_other_are_asked_once(tmp_path: Path) -> None:
     """By way of each of two parts on every level there would be two to the power of twenty."""
     certified(tmp_path, "A-1", serial="A-1")
