@@ -176,7 +176,7 @@ class FaultListed(Document):
 
 @dataclass(frozen=True)
 class FaultList(Document):
-    """What can be wrong with a simulated unit."""
+    """Faults that a simulated unit can have."""
 
     faults: tuple[FaultListed, ...]
 
@@ -210,7 +210,7 @@ class BenchListing(Document):
 
 @dataclass(frozen=True)
 class InstrumentAsked(Document):
-    """What an instrument answered."""
+    """The answer of an instrument."""
 
     name: str
     model: Annotated[str | None, "as it says itself"]
