@@ -60,9 +60,8 @@ class LinearAnswer:
         """Return by place, the best first, the share of what the calibrated model leaves that any dynamic stiffness
         there, or any factor on a channel, explains: where something is, even if it is of no kind."""
         places = Places(project(self.base.response, self.base.unseen, self.base.at))
-        whole = float(places.projected.left @ places.projected.left)
         gains = {f"{d.place}, {d.direction}": places.gains[d] for d in places.ranked} | places.factors
-        return {name: gains[name] / whole for name in sorted(gains, key=lambda n: -gains[n])}
+        return {name: gains[name] / places.left for name in sorted(gains, key=lambda n: -gains[n])}
 
 
 def explain_linear(
