@@ -48,8 +48,8 @@ class ActingCells:
 
 @dataclass(frozen=True, eq=False)
 class NameEvidence:
-    """result: of the search; full: its best explanation fitted to all bins or, beside a disagreement, as the search
-    left it; final: the fit to all bins; slow: the slow sines."""
+    """Evidence for a name, which the gates test. result: of the search; full: its best explanation fitted to all bins
+    or, beside a disagreement, as the search left it; final: the fit to all bins; slow: the slow sines."""
 
     effect: Effect
     search: Search

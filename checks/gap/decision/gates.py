@@ -30,7 +30,8 @@ FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 
 @dataclass(frozen=True)
 class Claim:
-    """An effect that a search wants to name. reasons: of the gates that it did not pass."""
+    """An effect that a search wants to name. delta_lnL, p: the gain in log-likelihood and its chance without the
+    effect; reasons: of the gates that it did not pass."""
 
     effect: Effect
     delta_lnL: float

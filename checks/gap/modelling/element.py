@@ -45,7 +45,8 @@ def directions(places: Places) -> Iterator[Direction]:
 
 @dataclass(frozen=True, kw_only=True)
 class GenericElement(Effect):
-    """place, direction: as `checks.model.structure.attached` names them; kind: of its dynamic stiffness."""
+    """An element at a place of the structure. place, direction: as `checks.model.structure.attached` names them; kind:
+    of its dynamic stiffness."""
 
     place: str
     direction: str

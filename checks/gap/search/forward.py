@@ -49,8 +49,8 @@ class ExplainingStep:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
-    by which it was found."""
+    """The result of a search. base: the model without anything added; best: what explains most; rivals: other adequate
+    sets, best first; steps: by which it was found."""
 
     base: Explanation
     best: Explanation

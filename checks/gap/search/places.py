@@ -47,7 +47,7 @@ Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """What elements at every place, and factors on channels, could explain of a projected residual."""
+    """The share of a projected residual that elements at every place, and factors on channels, could explain."""
 
     projected: Projected
 

@@ -37,9 +37,10 @@ from checks.model.model import Model
 
 @dataclass(frozen=True, eq=False)
 class LinearAnswer:
-    """elements: of what explains the records, those that passed every gate. faults: of the records, corrected before
-    the search. base, best: the model as calibrated, and with what was found; fit: of the latter. only_in: if nothing
-    explains the records, channels without which nothing is missing: it lies in the path of one of them."""
+    """The answer about a linear model. elements: of what explains the records, those that passed every gate. faults: of
+    the records, corrected before the search. base, best: the model as calibrated, and with what was found; fit: of the
+    latter. only_in: if nothing explains the records, channels without which nothing is missing: it lies in the path of
+    one of them."""
 
     verdict: GapVerdict
     elements: tuple[FoundElement, ...]
