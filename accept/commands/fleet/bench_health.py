@@ -244,7 +244,7 @@ def golden_check(
         found = check_goldens(store, since, who_acts(operator))
         charts = golden_chart.golden_trends(store)
     lines = (
-        f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
+        f"{each.serial}: not measured in the last {hours:g} hours" if not (each.measured or each.problems)
         else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
         for each in found
     )  # fmt: skip
