@@ -6,6 +6,7 @@ the machine. Processor seconds depend on it less than those of a clock.
 """
 
 import asyncio
+import gc
 import os
 import pty
 import select
@@ -99,6 +100,7 @@ async def costs() -> None:
     """Print what a key costs on the first screen, at a live value, at a record beside its plot, and on the summary."""
     sent = Sent()
     os.environ["COLORTERM"] = "truecolor"
+    gc.freeze()  # as `accept run` does when it is loaded
     with patch.object(BenchApp, "_display", lambda app, screen, update: sent.display(app, screen, update)):
         async with running(size=SIZE) as pilot:
             await press(pilot, "f6")

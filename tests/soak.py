@@ -331,6 +331,8 @@ HEAVY: Mapping[str, Heavy] = {
         ["accept/tui", "accept/workflow", "accept/simulate", "accept/judging"],
         [
             "test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accepted",
+            "test_an_apa_by_mouse_alone_up_to_the_question_for_the_passphrase",
+            "test_what_was_put_right_is_proposed_at_once",
             "test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_put_right",
             "test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys",
             "test_a_spec_without_responses_can_be_practised_and_offers_no_remedy_for_them",

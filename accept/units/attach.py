@@ -45,25 +45,27 @@ def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
     return name, digest
 
 
-def may_fit(source: Path, declared: Series | CsvTable, channels: Channels) -> bool:
-    """Return whether a file has every declared channel or column, by name only: no data are read.
+def lacks(source: Path, declared: Series | CsvTable, channels: Channels) -> list[str]:
+    """Return which declared channels or columns a file lacks, by name only: no data are read; what is wrong with one
+    that cannot be read.
 
     A structure may fit, because its channels are inside it. channels: our name -> source in the file."""
     try:
         found = _channels_now(source)
-    except (RecordError, OSError):
-        return False
+    except (RecordError, OSError) as e:
+        return [" ".join(str(e).split())]
     if isinstance(declared, CsvTable):
-        return set(declared.columns) <= set(found)
+        return [name for name in declared.columns if name not in found]
 
     def there(name: str) -> str:
         return (channels[name].name or name) if name in channels else name
 
-    needed = {there(name) for name in declared.channels if name != "t"}
-    time = {there(name) for name in ("t", declared.step) if name}
-    timed = bool(time & set(found)) or ("t" in channels and channels["t"].sampling_time_s is not None)
-    vectors = [shape for shape in found.values() if max(shape, default=0) > 1]
-    return not vectors or (needed <= set(found) and timed)
+    if not any(max(shape, default=0) > 1 for shape in found.values()):
+        return []
+    missing = [there(name) for name in declared.channels if name != "t" and there(name) not in found]
+    timed = "t" in channels and channels["t"].sampling_time_s is not None
+    timed |= any(there(name) in found for name in ("t", declared.step) if name)
+    return missing if timed else [there("t"), *missing]
 
 
 def damage(source: Path) -> str:
@@ -106,4 +108,4 @@ def _free_name(folder: Path, name: str, digest: str, size: int) -> str:
 
 def write_document(folder: Path, document: dict[str, Any]) -> None:
     """Write `unit.toml`. Raises OSError."""
-    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"))
+    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"), of_unit=True)

@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -151,8 +152,10 @@ class TrainingUnit:
     def put_right(self, session: Session, remedy: Remedy) -> Event:
         """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
         StoreError, OSError."""
+        taken = (datetime.fromisoformat(e.time).timestamp() for e in session.events if e.what == RecordLinked.KIND)
+        ago_s = min(SETTLED_S, time.time() - max(taken, default=0.0) - 1e-3)  # newer than what was taken
         event = session.entries.remeasure(remedy.step, f"{_REASON}{remedy.words}")
-        self._mend(remedy)
+        self._mend(remedy, ago_s)
         return event
 
     def resume(self, session: Session) -> None:
@@ -164,18 +167,18 @@ class TrainingUnit:
                 again = Remedy(reason, step.name, record_stems((*state.earlier, *state.entries)))
                 self._mend(known.get((step.name, reason), again))
 
-    def _mend(self, remedy: Remedy) -> None:
+    def _mend(self, remedy: Remedy, ago_s: float = 0.0) -> None:
         now = self._request
         gone = now.fault is not None and FAULTS[now.fault].remedy == remedy
         self._request = replace(now, fault=None if gone else now.fault, take=now.take + 1)
-        self._write(lambda name: name.startswith(remedy.stems))
+        self._write(lambda name: name.startswith(remedy.stems), ago_s)
 
     def _write(self, wanted: Callable[[str], bool], ago_s: float = 0.0) -> None:
         """Write the records that are wanted and not there yet. ago_s: how long ago they were written [s]."""
         for name, content in simulate(self._request).files.items():
             path = self.folder / name
             if wanted(name) and not (path.exists() and path.read_bytes() == content):
-                write_atomic(path, content)
+                write_atomic(path, content, of_unit=True)
                 os.utime(path, (time.time() - ago_s,) * 2)
 
 

@@ -19,12 +19,14 @@ from textual.widgets import Input, Label
 from textual.worker import Worker, WorkerState
 
 from accept.pictures.words import pretty
+from accept.tui.background.partial_draw import PartialDraw
 from accept.workflow.dialogue.turn import Common, Toast, Turn
 
 Then = Callable[[Any], Any]  # what it returns is awaited if it can be
 T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
-TOLD_S = 4.0  # that words about what was done stay
+TOLD_S = 4.0  # that words about what was done stay at least
+_READ_PER_S = 20  # characters of them
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
@@ -69,6 +71,7 @@ class Working(Screen[T]):
 
     def __init__(self) -> None:
         super().__init__()
+        self._compositor = PartialDraw()
         self._queued: deque[tuple[Callable[[], Any], Then, str, Then | None]] = deque()
         self._afterwards: dict[Worker[Any], tuple[Then, Then | None]] = {}
         self._in_order: Worker[Any] | None = None
@@ -211,7 +214,8 @@ class Working(Screen[T]):
         """Show what was done for some seconds, in place of what was told before."""
         self.told = toast
         self.app.clear_notifications()
-        self.notify(pretty(toast.text) or " ", title=pretty(toast.title), timeout=TOLD_S, markup=False)
+        words, lasts_s = pretty(toast.text) or " ", max(TOLD_S, len(toast.text) / _READ_PER_S)
+        self.notify(words, title=pretty(toast.title), timeout=lasts_s, markup=False)
 
     async def saved(self) -> None:
         """Wait until all that was sent has ended, before the screen is left: what waits in the queue would be lost.

@@ -4,7 +4,7 @@ The folder is looked at again every second, so that a record that has just been 
 are typed leave the files whose name holds them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import ClassVar
@@ -20,6 +20,7 @@ from accept.tui.background.busy_screen import ENDS, MOVES, Working
 from accept.workflow.entry.record_folder import LOOKED_INTO_MOST, Listing, age_words, look
 
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
+REFUSED = "✗ "
 _NONE_SUCH = "No file has these letters in its name. Backspace: less"
 _HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
 
@@ -34,7 +35,7 @@ def content_words(path: Path, size: int) -> str:
     try:
         found = list_channels(path)
     except (RecordError, OSError) as e:
-        return f"✗ {e}"
+        return f"{REFUSED}{e}"
     vectors = {name: max(shape) for name, shape in found.items() if shape and max(shape) > 1}
     single = [name for name, shape in found.items() if name not in vectors]
     lengths = set(vectors.values())
@@ -67,15 +68,15 @@ class Pick(Working[Path | None]):
         self,
         what: str,
         folder: Path,
-        fits: Callable[[Path], bool] = lambda _: True,
+        lacks: Callable[[Path], Sequence[str]] = lambda _: (),
         named: Callable[[str], tuple[int, str]] = lambda _: (0, ""),
         first: str = "",
     ) -> None:
-        """Make the list. fits: whether a file has what is wanted; named: how far its name speaks for that, and for
+        """Make the list. lacks: what a file lacks of what is wanted; named: how far its name speaks for that, and for
         which step instead; both are asked in a thread. first: the file that is proposed."""
         super().__init__()
         self._what, self._folder = what, folder
-        self._fits, self._named, self._proposed = fits, named, first
+        self._lacks, self._named, self._proposed = lacks, named, first
         self._placed = 0  # row on which the cursor was put
         self._typed = ""  # letters that the name must hold
         self._listing: Listing | None = None
@@ -109,7 +110,7 @@ class Pick(Working[Path | None]):
     def _again(self) -> None:
         folder = self._folder
         self.aside(
-            lambda: (folder, look(folder, self._fits, self._named, self._proposed)),
+            lambda: (folder, look(folder, lambda path: not self._lacks(path), self._named, self._proposed)),
             self._looked,
             "look",
             lambda _: self.ready.set(),
@@ -165,7 +166,13 @@ class Pick(Working[Path | None]):
         sizes = {entry.name: entry.size for entry in self._listing.files} if self._listing else {}
         if kind == "f" and name in sizes:
             path, size = self._folder / name, sizes[name]
-            self.aside(lambda: (name, content_words(path, size)), self._previewed, "preview")
+            self.aside(lambda: (name, self._words_of(path, size)), self._previewed, "preview")
+
+    def _words_of(self, path: Path, size: int) -> str:
+        """Return what a file holds, and what it lacks; in a thread."""
+        words = content_words(path, size)
+        lacking = [] if words.startswith(REFUSED) or size > LOOKED_INTO_MOST else self._lacks(path)
+        return f"{words}\nDoes not fit, lacks: {', '.join(lacking)}" if lacking else words
 
     def _previewed(self, seen: tuple[str, str]) -> None:
         name, words = seen

@@ -259,7 +259,7 @@ class StepScreen(Page):
 
     async def _pick(self, effect: do.PickFile) -> None:
         declared, records, session = effect.declared, self.bench.records, self.session
-        fits = partial(session.records.may_fit, declared)
+        lacks = partial(session.records.lacks, declared)
         score = partial(session.records.name_score, self.step, declared)
 
         def picked(path: Any) -> None:
@@ -267,7 +267,7 @@ class StepScreen(Page):
                 within = path.is_relative_to(records)
                 self.later(dialogue.picked, effect.place, str(path.relative_to(records) if within else path))
 
-        await self.app.push_screen(Pick(declared.label, records, fits, score, effect.first), picked)
+        await self.app.push_screen(Pick(declared.label, records, lacks, score, effect.first), picked)
 
     async def draw(self) -> None:
         async with self._laying_out:

@@ -1,14 +1,15 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
 import re
-from collections.abc import Callable, Iterator
-from itertools import zip_longest
+from collections.abc import Callable, Iterable, Iterator
+from itertools import takewhile, zip_longest
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.segment import Segment
 from rich.text import Text
 from textual.geometry import Region
+from textual.strip import Strip
 from textual.widgets import Static
 
 ROOM = 59  # columns beside the steps at 80, before the first layout
@@ -20,7 +21,6 @@ class Hung:
 
     def __init__(self, text: Text) -> None:
         self.text = text
-        self._folded: dict[int, list[Text]] = {}  # by columns: it is drawn to be compared, then to be shown
 
     @property
     def plain(self) -> str:
@@ -30,26 +30,27 @@ class Hung:
         return self.plain
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        if options.max_width not in self._folded:
-            self._folded[options.max_width] = list(self._fold(console, options.max_width))
-        yield from self._folded[options.max_width]
-
-    def _fold(self, console: Console, width: int) -> Iterator[Text]:
         for line in self.text.split("\n", allow_blank=True):
-            indent = len(line.plain) - len(_INDENT.sub("", line.plain))
-            folded = line[indent:].wrap(console, max(1, width - indent)) or [Text()]
-            for n, part in enumerate(folded):
-                yield (Text(" " * indent) if n else line[:indent]).append_text(part)
+            yield from _folded(line, console, options.max_width)
+
+
+def _folded(line: Text, console: Console, width: int) -> Iterator[Text]:
+    indent = len(line.plain) - len(_INDENT.sub("", line.plain))
+    for n, part in enumerate(line[indent:].wrap(console, max(1, width - indent)) or [Text()]):
+        yield (Text(" " * indent) if n else line[:indent]).append_text(part)
 
 
 class Hanging(Static):
-    """Shows such a text. Of another text as long as the one before, the lines that differ are sent to the terminal."""
+    """Shows such a text. Of another text as long as the one before, the lines that differ are drawn and sent to the
+    terminal."""
 
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
         self._hung = Hung(Text(words) if isinstance(words, str) else words)
         self._text_of: Callable[[int], Text] | None = None
-        self._drawn: tuple[int, list[list[Segment]]] | None = None  # its width and lines
+        self._drawn_for: tuple[object, ...] = ()  # width, style and text
+        self._rows_of: dict[object, list[Strip]] = {}  # of each line of the text
+        self._drawn: list[Strip] = []
 
     def fit(self, text_of: Callable[[int], Text]) -> None:
         """Show a text that is made for so many columns, and made anew when there are others."""
@@ -64,29 +65,51 @@ class Hanging(Static):
         if text == self._hung.text and text.spans == self._hung.text.spans:
             return
         before = self._rows()
-        self._hung, self._drawn = Hung(text), None
+        self._hung = Hung(text)
         after = self._rows()
         if not before:
             self.refresh(layout=True)
             return
-        none: list[Segment] = []
-        rows = enumerate(zip_longest(before, after, fillvalue=none))
-        regions = [Region(0, y, max(_length(old), _length(new)), 1) for y, (old, new) in rows if old != new]
+        rows = enumerate(zip_longest(before, after, fillvalue=Strip.blank(0)))
+        regions = [_changed(y, old, new) for y, (old, new) in rows if old is not new and old != new]
         if regions:
             self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)
 
-    def _rows(self) -> list[list[Segment]]:
-        """Return the lines as they are drawn, none before the first layout."""
-        width, console = self.size.width, self.app.console
-        if self._drawn is None or self._drawn[0] != width:
-            rows = console.render_lines(self._hung, console.options.update(width=width)) if width else []
-            self._drawn = width, rows
-        return self._drawn[1]
+    def _rows(self) -> list[Strip]:
+        """Return the rows as they are drawn, none before the first layout. Lines that were there before are not drawn
+        anew."""
+        width, style, console = self.size.width, self.visual_style, self.app.console
+        if self._drawn_for != (width, style, self._hung):
+            before = self._rows_of if self._drawn_for[:2] == (width, style) else {}
+            self._drawn_for, self._rows_of, self._drawn = (width, style, self._hung), {}, []
+            for line in self._hung.text.split("\n", allow_blank=True) if width else ():
+                name = line.plain, tuple(line.spans)
+                self._rows_of[name] = before.get(name) or [
+                    Strip(Segment.apply_style(part.render(console), style.rich_style))
+                    for part in _folded(line, console, width)
+                ]
+                self._drawn += self._rows_of[name]
+        return self._drawn
 
     def render(self) -> Hung:
         return self._hung
 
+    def render_line(self, y: int) -> Strip:
+        self._dirty_regions.clear()
+        rows = self._rows()
+        return rows[y] if y < len(rows) else Strip.blank(self.size.width, self.visual_style.rich_style)
 
-def _length(row: list[Segment]) -> int:
-    """Return how many columns of a row hold something; one at least."""
-    return max(1, cell_len("".join(segment.text for segment in row).rstrip()))
+
+def _changed(y: int, old: Strip, new: Strip) -> Region:
+    """Return where a row differs from what stood there: behind the pieces that both begin with, and before those with
+    which both end in the same column."""
+    width = max(1, cell_len(old.text.rstrip()), cell_len(new.text.rstrip()))
+    first = sum(_same(old, new))
+    same_end = sum(_same(reversed(list(old)), reversed(list(new)))) if old.cell_length == new.cell_length else 0
+    last = min(width, new.cell_length - same_end) if same_end else width
+    return Region(min(first, width - 1), y, max(1, last - first), 1)
+
+
+def _same(old: Iterable[Segment], new: Iterable[Segment]) -> Iterator[int]:
+    """Return the columns of the pieces with which both begin."""
+    return (a.cell_length for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(old, new, strict=False)))

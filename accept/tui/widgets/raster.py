@@ -1,7 +1,6 @@
 """Cells of a terminal to draw on: a cell holds a letter, or 2 x 4 dots of braille, which all curves share."""
 
-import math
-from itertools import groupby, pairwise
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,21 +42,18 @@ class Raster:
     def curve(self, columns: Array, rows: Array, style: str, *, dashed: bool = False) -> None:
         """Join places by straight lines; NaN interrupts them."""
         ends = np.column_stack([columns, rows])
-        path = [
-            np.linspace(a, b, 1 + math.ceil(max(abs(b[0] - a[0]) * ACROSS, abs(b[1] - a[1]) * DOWN)))
-            for a, b in pairwise(ends)
-            if np.isfinite([*a, *b]).all() and self._may_cross(a, b)
-        ]
-        if not path:
-            return
-        along, down = np.concatenate(path).T
-        shown = np.arange(along.size) % (_DASH + _GAP) < _DASH if dashed else np.full(along.size, True)
+        far = 4.0 * (self.width + self.height)  # a line that is longer than the drawing by so much is not seen
+        near = np.abs(ends).max(axis=1, initial=0.0) < far  # NaN is not
+        seen = np.flatnonzero(near[:-1] & near[1:])
+        begin, end = ends[seen], ends[seen + 1]
+        dots = 1 + np.ceil(np.abs((end - begin) * (ACROSS, DOWN)).max(axis=1, initial=0.0)).astype(int)
+        step = (end - begin) / np.maximum(dots - 1, 1)[:, None]
+        line = np.repeat(np.arange(seen.size), dots)
+        behind = np.arange(line.size) - np.repeat(np.cumsum(dots) - dots, dots)
+        is_end = ((behind > 0) & (behind == (dots - 1)[line])).reshape(-1, 1)
+        along, down = np.where(is_end, end[line], behind[:, None] * step[line] + begin[line]).T
+        shown = np.arange(line.size) % (_DASH + _GAP) < (_DASH if dashed else _DASH + _GAP)
         self.dots(along[shown], down[shown], style)
-
-    def _may_cross(self, a: Array, b: Array) -> bool:
-        """Return whether a line between two places may be seen; one that is far longer than the drawing is not."""
-        far = 4.0 * (self.width + self.height)
-        return bool(np.all(np.abs([*a, *b]) < far))
 
     def write(self, row: int, column: int, words: str, style: str = "", *, below: bool = False) -> None:
         """Write letters from a place on; what has no room is cut. below: dots hide them, not they the dots."""

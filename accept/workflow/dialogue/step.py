@@ -302,12 +302,14 @@ def measured(d: StepDialogue, notes: Sequence[str] | None) -> Turn:
     d = replace(d, measures=False)
     if notes is None:
         return Turn(d)
-    return _say(d, ". ".join(["Saved", *(["; ".join(notes)] if notes else [])]), "saved").then(_go_on_and_judge)
+    return _done(d, Toast("Saved", "\n".join([*notes, "^Z takes back the last entry"])))
 
 
-def _go_on_and_judge(d: StepDialogue) -> Turn:
-    gone = _go_on(d, None)
-    return gone.then(_judge) if d.complete else gone
+def _done(d: StepDialogue, done: Toast) -> Turn:
+    """Tell what was done, where no judgement takes its place, and go on."""
+    gone = Turn(d, (done,)).then(_go_on, None)
+    gone = gone.then(_judge) if d.complete else gone
+    return gone.then(lambda d: _say(d, d.what_now))
 
 
 def stored(d: StepDialogue, entry: StoreEntry, done: Toast, origin: str = "") -> Turn:
@@ -443,8 +445,7 @@ def no_next_unit(d: StepDialogue, asked: do.NextUnit, why: str) -> Turn:
 
 def changed(d: StepDialogue, done: Toast) -> Turn:
     """Go on after an entry was undone, or the step begun once more."""
-    gone = Turn(d, (done,)).then(_go_on_and_judge)
-    return gone.then(lambda d: _say(d, d.what_now))
+    return _done(d, done)
 
 
 def mended(d: StepDialogue, step: str) -> Turn:

@@ -59,9 +59,13 @@ class Records(Subject):
             return ADVICE[Cause.FILE_DAMAGED]
         return next(iter(record_advice(why.reason)), "F2: choose another file")
 
+    def lacks(self, declared: Series | CsvTable, source: Path) -> list[str]:
+        """Return which channels of a record of this unit a file lacks, by their names."""
+        return attach.lacks(source, declared, channel_map(self._unit.attempt.channels))
+
     def may_fit(self, declared: Series | CsvTable, source: Path) -> bool:
         """Return whether a file has the channels of a record of this unit, by their names."""
-        return attach.may_fit(source, declared, channel_map(self._unit.attempt.channels))
+        return not self.lacks(declared, source)
 
     def refusal(self, finding: Finding) -> RecordRefused | None:
         """Return the record that was refused for a quantity that has no result for want of it, None without one."""

@@ -310,6 +310,10 @@ async def test_files_that_fit_come_first_and_letters_filter(tmp_path: Path):
         table = pilot.app.screen.query_one(DataTable)
         assert [str(table.get_row_at(i)[0]) for i in (0, 1)] == ["flat.csv", "note.csv"]
         assert [str(table.get_row_at(i)[3]) for i in (0, 1)] == ["yes", "no"]
+        assert "lacks" not in words(pilot, "#preview")
+        await press(pilot, "down")
+        assert "Does not fit, lacks: z_um" in words(pilot, "#preview")  # red before: "no" stood alone
+        await press(pilot, "up")
         await press(pilot, "n", "o")
         assert str(table.get_row_at(0)[0]) == "note.csv"
         await press(pilot, "backspace", "backspace", "enter")

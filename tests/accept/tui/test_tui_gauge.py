@@ -1,6 +1,7 @@
 """The instruments on the screen: a live value in its limits, with its faults, taken with one key; a step measured as a
 whole."""
 
+import asyncio
 import os
 import time
 from dataclasses import replace
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from textual.widgets._toast import Toast
 
 from accept.capture import recipes
 from accept.store import open_store
@@ -174,7 +176,10 @@ async def test_a_stroke_is_measured_from_its_screen_and_undone_like_any_entry(tm
             await press(pilot, "f3")
             session = pilot.app.screen.session
             state = session.state("stroke")
-            assert "Saved" in words(pilot, "#status")
+            await asyncio.sleep(2.0)  # for a person who looks up from the rig
+            (note,) = pilot.app.query(Toast)
+            assert "Saved" in told(pilot)
+            assert "^Z takes back" in str(note.render())
             assert {link.input for link in state.entries} == {"one_stack", "two_stacks"}
             assert all((session.folder / link.file).is_file() for link in state.entries)
             (journal,) = (session.folder / "readings").iterdir()

@@ -17,10 +17,12 @@ from accept.simulate.faults import remedies
 from accept.simulate.unit_request import SHORT_S
 from accept.store import open_store
 from accept.tui.screens.step import StepScreen
+from accept.tui.widgets.key_row import KeyRow
 from accept.units import unit_folder
 from accept.workflow.dialogue.begin import Begun
+from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.training import TrainingScore, TrainingUnit, hidden_words, open_training, training_request
-from tests.accept.tui.tui_help import press, running, words
+from tests.accept.tui.tui_help import press, running, settled, words
 
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
@@ -136,6 +138,23 @@ async def test_an_apa_with_a_reversed_plug_by_few_keys_then_put_right_and_accept
 
 
 @pytest.mark.slow
+async def test_an_apa_by_mouse_alone_up_to_the_question_for_the_passphrase():
+    """A click on the chip at the foot does what is to be done next, on every screen."""
+    bench, clicks = open_training("apa", APA_SEED), 0
+    async with running(lambda: bench) as pilot:
+        while type(pilot.app.screen).__name__ != "Summary":
+            clicks += 1
+            await pilot.click(KeyRow, offset=(3, 0))
+            await settled(pilot)
+            assert clicks <= MOST_KEYS["apa"], type(pilot.app.screen).__name__
+        await pilot.click(KeyRow, offset=(3, 0))
+        await settled(pilot)
+        assert type(pilot.app.screen).__name__ == "Question"
+        assert "You sign as technician" in words(pilot, ".words")
+    bench.close()
+
+
+@pytest.mark.slow
 async def test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys():
     bench = open_training(None, STRUT_SEED)
     async with running(lambda: bench) as pilot:
@@ -196,6 +215,26 @@ async def test_what_does_not_help_leaves_the_fault_and_a_restart_keeps_what_was_
     assert "put it right" in at_unit.training.hidden
     assert (at_unit.records / "frf_noise_hf.mat").read_bytes() == kept
     assert bench.next_serial() == "TRAIN-000006"
+    session.close()
+    bench.close()
+
+
+async def test_what_was_put_right_is_proposed_at_once():
+    """Red before: as if it were still being written, for a second and a half in which Enter was refused."""
+    begun, bench = Begun("TRAIN-000005", "apa", "Ann"), open_training("apa", APA_SEED)
+    at_unit = bench.at_unit(begun)
+    session, _ = at_unit.open_unit(begun)
+    step, again = session.step("frf"), next(r for r in remedies("apa") if r.words == "copy the high record again")
+    form, high = step.check.forms[-1], at_unit.records / "frf_noise_hf.mat"
+    for wait_s in (SETTLED_S, 0.0):  # a person needs as long to choose; nobody is quicker than the file is settled
+        session.records.link(step.name, step.check.inputs["high"], high)
+        assert high.name not in {file.name for file in session.records.proposals(step, form, at_unit.records).values()}
+        time.sleep(wait_s)
+        at_unit.training.put_right(session, again)
+        shown_by = time.monotonic() + (0.0 if wait_s else SETTLED_S)
+        while time.monotonic() < shown_by:
+            time.sleep(0.1)
+        assert high.name in {file.name for file in session.records.proposals(step, form, at_unit.records).values()}
     session.close()
     bench.close()
 

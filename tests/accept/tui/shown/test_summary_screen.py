@@ -9,7 +9,7 @@ from accept.tui.background.viewer import viewer
 from accept.tui.screens import summary
 from accept.tui.screens.summary import aligned
 from accept.tui.widgets.limit_bar import LIMIT, VALUE
-from tests.accept.tui.tui_help import begin, fill_values, press, running, settled, sign_first, words
+from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, settled, sign_first, words
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 36), (200, 60)], ids=str)
@@ -28,6 +28,18 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
         if size[0] >= 120:
             assert "Ann  APA-02 ACCEPTED" in seen
             assert " ^S  Sign and verify" in seen
+
+
+async def test_the_verdict_has_its_room_beside_the_bar_of_scrolling() -> None:
+    """Red before: `conditional` lost its last letters where the rows are more than the table's."""
+    async with running(loader("apa")) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        table = pilot.app.screen.query_one("#findings", DataTable)
+        assert table.max_scroll_y > 0
+        assert len(table.ordered_columns) == 5
+        assert table.virtual_size.width <= table.scrollable_content_region.width
 
 
 async def test_the_row_under_the_cursor_is_told_with_limits_requirement_and_instrument() -> None:

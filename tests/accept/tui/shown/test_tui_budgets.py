@@ -1,18 +1,24 @@
 """What the screens of a step promise, cell by cell: the room is used, a key has one label, an arrow sends little."""
 
 import itertools
+import time
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.text import Text
 from textual._compositor import CompositorUpdate
 from textual.binding import Binding
 from textual.css.stylesheet import Stylesheet
 from textual.dom import DOMNode
+from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.screen import Screen
+from textual.strip import Strip
+from textual.widget import Widget
 from textual.widgets import Label
 
 from accept.tui.app import BenchApp
@@ -27,11 +33,20 @@ from accept.tui.screens.start import StartScreen
 from accept.tui.screens.step import StepScreen
 from accept.tui.screens.steps import Steps
 from accept.tui.screens.summary import Summary
+from accept.tui.widgets import hanging
 from accept.tui.widgets.key_row import PALETTE, KeyRow, ShownKey, placed
+from accept.tui.widgets.live_value import Followed, Gauge
+from accept.tui.widgets.plot import draw
+from accept.tui.widgets.raster import Raster
 from accept.tui.widgets.step_list import StepList
-from checks.picture import Line, Panel
-from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, type_line, words
+from accept.workflow.instruments.port import Look
+from checks.declare import Measured
+from checks.picture import Band, Line, Panel
+from specs.spec import Limit
+from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, settled, type_line, words
+from tests.hw.instruments.fake_instrument import Fake
 
+METER = Followed("meter", "sensor stack", "uF", Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test"))
 SIZE = (120, 36)
 FRAME = frozenset(" │─╭╮╰╯▁▃▅▇█")  # borders and bars of scrolling
 USED = 0.6  # of the rows
@@ -166,3 +181,58 @@ async def test_an_arrow_from_line_to_line_styles_what_it_lights_and_no_whole_car
         lit = [str(each.content) for each in pilot.app.screen.query(".label").results(Label) if each.styles.text_style]
     assert len(lit) == 1  # the one line with the cursor
     assert len(styled) <= 70  # 225 where the whole card is styled
+
+
+async def test_a_look_at_an_instrument_draws_the_rows_that_changed_and_no_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Red before: each text of the value was folded twice as a whole, and all rows of all parts were taken."""
+    folded: list[Text] = []
+    taken: list[int] = []
+    fold, take = hanging._folded, Widget.render_lines
+    async with running(size=SIZE) as pilot:
+        await begin(pilot)
+        await press(pilot, "down", "enter")
+        gauge = pilot.app.screen.query_one(Gauge)
+        gauge.follow(Fake([0.0], hold=True), METER, None)
+        gauge.show(Look(Measured(4.93, 0.02), ""))
+        await settled(pilot)
+
+        def folding(line: Text, *more: Any) -> Iterator[Text]:
+            folded.append(line)
+            return fold(line, *more)
+
+        def taking(widget: Widget, crop: Region) -> list[Strip]:
+            taken.append(crop.height)
+            return take(widget, crop)
+
+        monkeypatch.setattr(hanging, "_folded", folding)
+        monkeypatch.setattr(Widget, "render_lines", taking)
+        gauge.show(Look(Measured(4.95, 0.02), ""))
+        await settled(pilot)
+    assert "4.950 ± 0.020 µF" in gauge.render().plain
+    digits, course, bar, take_it = 3, 1, 2, 1  # rows of one value
+    assert 0 < len(folded) <= digits + course + bar + take_it
+    assert sum(taken) < 2 * SIZE[1]  # 261 where all rows of all parts are taken
+
+
+def test_a_plot_of_a_long_record_is_drawn_between_two_keys() -> None:
+    """Red before: 0.4 s for each of three, in which no key was answered. A tenth tells it from the 0.025 s of now on a
+    slow machine too."""
+    f_Hz = np.geomspace(1.0, 4000.0, 40_000)
+    H = np.abs(1.0 / (1.0 - (f_Hz / 85.0) ** 2 + 0.02j * f_Hz / 85.0)) * np.random.default_rng(1).lognormal(
+        0.0, 0.05, f_Hz.size
+    )
+    items = (Band(f_Hz[::4], 0.8 * H[::4], 1.2 * H[::4]), Line(f_Hz, H, "measured"))
+    began = time.thread_time()
+    drawn = draw(Panel("Vs / Va", "f [Hz]", "[V/V]", items, x_log=True, y_log=True), 100, 20)
+    assert time.thread_time() - began < 0.1
+    assert drawn.bits.any(axis=0).mean() > 0.8  # the curve goes across
+
+
+def test_a_curve_has_a_dot_in_every_column_that_it_crosses_and_none_beyond_a_gap() -> None:
+    raster = Raster(10, 5)
+    raster.curve(np.array([0.2, 4.4, np.nan, 6.1, 9.6, 1e6]), np.array([0.1, 4.6, 2.0, 3.3, 3.3, 3.3]), "red")
+    columns = np.flatnonzero(raster.bits.any(axis=0))
+    assert columns.tolist() == [*range(9), *range(12, 20)]
+    assert raster.bits[13, 12:].all()

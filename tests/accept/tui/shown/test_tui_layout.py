@@ -19,7 +19,7 @@ from accept.tui.widgets.step_list import StepList
 from accept.workflow import open_bench
 from accept.workflow.instruments.port import Instruments
 from hw.records import own_record
-from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, type_line, words
+from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, told, type_line, words
 
 HAMMER = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 
@@ -86,14 +86,14 @@ class Recorder(Instruments):
 
 
 async def test_what_a_capture_says_is_still_there_after_the_clock_has_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    told, go_on = threading.Event(), threading.Event()
+    all_said, go_on = threading.Event(), threading.Event()
     verdicts = [f"x-bending, hit {n}: good, {90 + n} N. {n} good; {10 - n} more hits" for n in (1, 2)]
 
     def capture(*_: Any, stopped: threading.Event, **__: Any) -> CaptureResult:
         say = _[4]
         for words_said in ("x-bending: hit now", *verdicts):
             say(words_said)
-        told.set()
+        all_said.set()
         while not (stopped.is_set() or go_on.wait(0.01)):
             pass
         return CaptureResult(notes=("x-bending: 10 of 10 hits good",))
@@ -114,7 +114,7 @@ async def test_what_a_capture_says_is_still_there_after_the_clock_has_run(monkey
         go_on.set()
         await settled(pilot)
         assert not pilot.app.screen.query_one("#said").display
-        assert "10 of 10 hits good" in words(pilot, "#status")
+        assert "10 of 10 hits good" in told(pilot)  # beside the line at the foot, which the judgement takes
 
 
 async def test_a_long_reason_in_the_summary_is_read_to_its_end() -> None:

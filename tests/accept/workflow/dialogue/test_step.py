@@ -15,6 +15,7 @@ from accept.tui.screens.step import StepScreen
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
 from accept.workflow.dialogue.step_effects import Do
+from accept.workflow.dialogue.turn import Toast
 from accept.workflow.entry.record_folder import PickableFile
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.steps.plan import needs_rig
@@ -278,6 +279,17 @@ class TestWords:
                 assert "Measuring. Esc stops it" in at.said
                 assert not at.asked
             assert (at.d.main_key, at.d.called["escape"]) == ("escape", "Stop")
+
+    def test_what_a_capture_says_stays_beside_the_judgement_that_follows(self):
+        """Red before: it stood at the foot, where the judgement took its place at once."""
+        with at_step("capacitance") as at:
+            at.types("1.72")  # outside its limits
+            at.types("9.85")
+            at.d = replace(at.d, measures=True)
+            at.answer(dialogue.measured, ["x-bending: 8 of 9 hits good", "closed: 99 readings"])
+            told = "x-bending: 8 of 9 hits good\nclosed: 99 readings\n^Z takes back the last entry"
+            assert at.told == Toast("Saved", told)
+            assert (at.said, at.role) == (at.d.what_now, "bad")
 
     def test_f4_without_a_cursor_says_how_to_read_once_more(self):
         with at_step("stroke") as at:
