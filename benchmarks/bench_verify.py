@@ -1,5 +1,5 @@
 """`accept verify` of many certificates with their records, by a bench whose store holds all of them, as ratio to
-reading the records of one and one transform of every channel: python benchmarks/bench_verify.py [COUNT]
+reading the records of one and one transform of every channel: python benchmarks/bench_verify.py COUNT
 
 Required: each certificate after the first at most 14 times (processor time): its records are judged again and its
 page is drawn; peak memory of COUNT certificates at most 1.25 times that of two. Simulated actuators with all records.
