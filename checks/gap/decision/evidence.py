@@ -174,9 +174,9 @@ class NameEvidence:
 
     @property
     def is_any_filter(self) -> bool:
-        """Return whether an effect of every channel acts on one alone, as any filter there does. An element is none if
-        every filter that could stand there explains less, by what a name needs: none costs more than its parameters,
-        because both are explanations of one kind."""
+        """Return whether an effect of every channel acts on one alone, where any filter acts the same. An element does
+        not count if its gain exceeds that of every filter of this channel by the gain that is required of a name; both
+        have the cost of their parameters."""
         if len(self.effect.channels) <= AT_LEAST or len(self.acting_on) != 1:
             return False
         if not isinstance(self.effect, GenericElement):
