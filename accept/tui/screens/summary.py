@@ -269,7 +269,7 @@ class Summary(Scanning):
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
         taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
         room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
-        room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # rows are scrolled there
+        room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # of rows
         said = max(map(len, (_COLUMNS[-1], *words)))
         worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
         gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))
