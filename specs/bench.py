@@ -29,7 +29,7 @@ SIMULATED = "simulated"  # the recorder that plays the simulated unit
 
 
 class LineEntry(Strict):
-    """How the serial line is set; every key is required, for no value can be assumed."""
+    """Settings of the serial line; every key is required, for no value can be assumed."""
 
     port: Words
     baud: Annotated[int, Field(ge=50, le=921_600)]

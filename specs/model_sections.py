@@ -94,8 +94,8 @@ MOST_MODES = 1000  # fifteen times those of an APA300ML below 30 kHz
 
 
 class ModeScatter(Strict):
-    """How much the free elastic modes of an APA differ from unit to unit: 1 sd, relative, of each mode's frequency and
-    of its damping ratio."""
+    """Scatter of the free elastic modes of an APA from unit to unit: 1 sd, relative, of each mode's frequency and of
+    its damping ratio."""
 
     frequency: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)]
     damping: Annotated[float, Field(ge=0, le=1.0, allow_inf_nan=False)]

@@ -56,11 +56,7 @@ def check_places(*paths: Path | None, **kinds: Path | None) -> None:
 
 def _check_replaced(path: Path, kind: str) -> None:
     """Raise ReplaceError if a file is evidence of a unit, or not an earlier output of this kind."""
-    place = path.absolute()
-    for folder in place.parents:
-        unit = folder / UNIT_FILE
-        if unit.is_file() and (unit.samefile(place) or any(map(place.samefile, _named_files(unit)))):
-            raise ReplaceError(_EVIDENCE.format(path, unit))
+    _check_no_evidence(path)
     if kind in HEADS:
         with path.open("rb") as file:
             head = file.read(16).lstrip(b"\xef\xbb\xbf \r\n\t")
@@ -69,6 +65,14 @@ def _check_replaced(path: Path, kind: str) -> None:
         ours = path.suffix.lower() == kind and not path.with_name(UNIT_FILE).exists()
     if not ours:
         raise ReplaceError(_OTHER.format(path, kind))
+
+
+def _check_no_evidence(path: Path) -> None:
+    place = path.absolute()
+    for folder in place.parents if place.is_file() else ():
+        unit = folder / UNIT_FILE
+        if unit.is_file() and (unit.samefile(place) or any(map(place.samefile, _named_files(unit)))):
+            raise ReplaceError(_EVIDENCE.format(path, unit))
 
 
 def _named_files(unit: Path) -> list[Path]:
@@ -81,10 +85,10 @@ _EVIDENCE = "{}: is evidence of the unit in {}, and nothing is written over it. 
 _OTHER = "{}: exists, and is not an earlier {} output, so it is not replaced. Name another file, or move this one away"
 
 
-def write_atomic(path: Path, content: bytes, mode: int = 0o666) -> None:
+def write_atomic(path: Path, content: bytes, mode: int = 0o666, of_unit: bool = False) -> None:
     """Replace `path` by `content`; a crash at any moment leaves the old file or the new one, never half of one. mode:
-    permissions, of which the umask takes its part."""
-    with writing_atomic(path, mode) as file:
+    permissions, of which the umask takes its part. of_unit: as `writing_atomic`."""
+    with writing_atomic(path, mode, of_unit=of_unit) as file:
         file.write(content)
 
 
@@ -96,8 +100,13 @@ def write_new(path: Path, content: bytes) -> None:
 
 
 @contextmanager
-def writing_atomic(path: Path, mode: int = 0o666, put: Callable[[str, Path], None] = os.replace) -> Iterator[IO[bytes]]:
-    """Yield a file to write piece by piece; `put` moves it to `path` at the end unless an error is raised."""
+def writing_atomic(
+    path: Path, mode: int = 0o666, put: Callable[[str, Path], None] = os.replace, of_unit: bool = False
+) -> Iterator[IO[bytes]]:
+    """Yield a file to write piece by piece; `put` moves it to `path` at the end unless an error is raised. of_unit: it
+    is written into its unit, so it may replace evidence; else raises ReplaceError."""
+    if not of_unit:
+        _check_no_evidence(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=PART)

@@ -1,101 +1,17 @@
 """Names of persons: the operator's, and two that a reader takes for one, which are one person ([UTS39], skeletons).
 
-The table holds the letters of living scripts that Unicode's list of confusables gives for a Latin letter or digit. The
-workflow asks for the operator before anything slow is imported: nothing slow is imported here.
+The workflow asks for the operator before anything slow is imported: nothing slow is imported here.
 """
 
 import getpass
 import sys
+import tomllib
 import unicodedata
+from functools import cache
+from pathlib import Path
 
 _FIRST_PERSON = 501 if sys.platform == "darwin" else 1000  # number of the first account that is a person's
 _NOBODY = 65534
-_LOOK_LIKE = {
-    "2": "ƧϨᒿꙄꝚ",
-    "3": "ƷȜЗӠⳌꝪꞫ",
-    "4": "Ꮞ",
-    "5": "Ƽ",
-    "6": "бᏮⳒ",
-    "8": "Ȣȣ",
-    "9": "ⳊꝮ",
-    "A": "ΑАᎪᗅꓮ",
-    "AA": "Ꜳ",
-    "AE": "ÆӔ",
-    "AO": "Ꜵ",
-    "AU": "Ꜷ",
-    "AV": "ꜸꜺ",
-    "AY": "Ꜽ",
-    "B": "ΒВᏴᗷꓐꞴ",
-    "C": "СᏟⲤꓚ",
-    "D": "Ꭰᗞᗪꓓ",
-    "E": "ΕЕᎬⴹꓰ",
-    "F": "ϜᖴꓝꞘ",
-    "G": "ԌᏀᏳꓖ",
-    "H": "ΗНᎻᕼⲎꓧ",
-    "J": "ͿЈᎫᒍꓙꞲ",
-    "K": "ΚКᏦⲔꓗ",
-    "L": "ᏞᒪⳐꓡ",
-    "M": "ΜϺМᎷᗰⲘꓟ",
-    "N": "ΝⲚꓠ",
-    "O": "ΟОՕⲞⵔꓳ",
-    "OE": "Œ",
-    "OO": "ꚘꝎ",
-    "P": "ΡРᏢᑭⲢꓑ",
-    "Q": "ⵕ",
-    "R": "ƦᎡᏒᖇꓣ",
-    "S": "ЅՏᏕᏚꓢ",
-    "T": "ΤТᎢⲦꓔ",
-    "T3": "Ꜩ",
-    "U": "Սᑌꓴ",
-    "V": "ѴᏙᐯⴸꓦ",
-    "W": "ԜᎳᏔꓪ",
-    "X": "ΧХⲬⵝꓫꞳ",
-    "Y": "ΥУҮᎩᎽⲨꓬ",
-    "Z": "ΖᏃꓜ𐋵",
-    "a": "ɑαа",
-    "aa": "ꜳ",
-    "ae": "æӕ",
-    "ao": "ꜵ",
-    "au": "ꜷ",
-    "av": "ꜹꜻ",
-    "ay": "ꜽ",
-    "b": "ƄЬᏏᑲᖯ",
-    "bl": "Ы",
-    "c": "сᴄⲥꮯ",
-    "d": "ԁᏧᑯꓒ",
-    "dz": "ʣ",
-    "e": "еҽꬲ",
-    "f": "քẝꞙꬵ",
-    "g": "ƍɡցᶃ",
-    "h": "һհᏂ",
-    "i": "ıɩɪιіӏᎥꙇꭵ",
-    "j": "ϳј",
-    "l": "ƖǀΙІӀⲒⵏꓲ",
-    "lO": "Ю",
-    "ll": "ǁ",
-    "ls": "ʪ",
-    "lz": "ʫ",
-    "n": "ոռ",
-    "o": "οσоօჿᴏᴑⲟꬽ",
-    "oe": "œ",
-    "oo": "ꚙꝏ",
-    "p": "ρрⲣ",
-    "q": "ԛգզ",
-    "r": "гᴦⲅꭇꭈꮁ",
-    "s": "ƽѕꜱꮪ",
-    "tf": "ꝷ",
-    "ts": "ʦ",
-    "u": "ʋυսᴜꞟꭎꭒ",
-    "ue": "ᵫ",
-    "uo": "ꭣ",
-    "v": "νѵᴠꮩ",
-    "w": "ɯѡԝաᴡꮃ",
-    "x": "хᕁᕽ",
-    "y": "ɣʏγуүყᶌỿꭚ",
-    "z": "ᴢꮓ",
-}
-_PROTOTYPE = {ord(letter): latin for latin, letters in _LOOK_LIKE.items() for letter in letters}
-_PROTOTYPE |= {ord("I"): "l", ord("1"): "l", ord("|"): "l", ord("0"): "O"}
 _EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO", "KATAKANA-HIRAGANA"}  # written beside Latin letters
 
 
@@ -135,10 +51,18 @@ def same_person(one: str, other: str) -> bool:
     return _folded(one) == _folded(other) or skeleton(one) == skeleton(other)
 
 
+@cache
+def _prototypes() -> dict[int, str]:
+    """Return the Latin letters of each letter that looks like them, by its code."""
+    alike = tomllib.loads((Path(__file__).parent / "confusable_letters.toml").read_text(encoding="utf-8"))
+    by_code = {ord(letter): latin for latin, letters in alike.items() for letter in letters}
+    return by_code | {ord("I"): "l", ord("1"): "l", ord("|"): "l", ord("0"): "O"}
+
+
 def skeleton(name: str) -> str:
     """Return what names that look alike have in common."""
-    plain = unicodedata.normalize("NFKC", name).translate(_PROTOTYPE)
-    return _letters(plain.casefold().translate(_PROTOTYPE)).replace("rn", "m").replace("vv", "w")
+    plain = unicodedata.normalize("NFKC", name).translate(_prototypes())
+    return _letters(plain.casefold().translate(_prototypes())).replace("rn", "m").replace("vv", "w")
 
 
 def scripts(name: str) -> set[str]:

@@ -20,7 +20,7 @@ _LOST = 1  # exit code of a worker whose program is gone
 
 
 def begin(gigabytes: float | None = None) -> None:
-    """Initialise a process of a pool, or of a single function with less memory."""
+    """Initialise a worker process. gigabytes: the limit of its memory, `memory_GB` if not given."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all that runs in a terminal; the program answers it
     threading.Thread(target=_end_with_parent, daemon=True).start()
     limit_memory(memory_GB() if gigabytes is None else gigabytes)

@@ -331,7 +331,7 @@ class _Batch:
                 self._settle_again(serial, "parts that were judged again, or built in elsewhere, since then")
 
     def _settle_again(self, serial: str, because_of: str) -> None:
-        """Settle the judgement of a unit with what the store knows now; no unit is judged twice in one run."""
+        """Settle the judgement of a unit with the present store; no unit is judged twice in one run."""
         path = self.roster.folder(serial)
         if path is None:
             self.say(f"warning: {serial} was judged with {because_of}; its result is invalid; judge it again")

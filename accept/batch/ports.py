@@ -1,6 +1,6 @@
-"""What the pipeline asks of the bench beside its store: judging, explaining, keys and certificates.
+"""The services of the bench for the pipeline beside its store: judging, explaining, keys and certificates.
 
-`accept.batch.services` hands it over; it takes long to import."""
+`accept.batch.services` hands them over; it takes long to import."""
 
 import math
 from abc import abstractmethod
@@ -77,7 +77,8 @@ class JudgingOrder:
 
 
 class JudgingPort(Protocol):
-    """What the bench does for its pipeline, with its keys or without. What asks the store raises StoreError."""
+    """The services of the bench for its pipeline, with its keys or without. Those that read the store raise
+    StoreError."""
 
     @property
     def signs(self) -> bool:

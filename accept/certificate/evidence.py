@@ -3,19 +3,26 @@ has of these units. `accept verify FOLDER` checks it with what lies in it."""
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from glob import escape
 from importlib import resources
 from pathlib import Path
 
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
 from accept.base.atomic_files import write_atomic
 from accept.base.documents.document import DocumentError
 from accept.base.documents.listings import EvidenceFolder
 from accept.base.version import program
+from accept.certificate.contents.content import canonical
 from accept.certificate.trust import authority, keys
-from accept.certificate.trust.published_list import publish
+from accept.certificate.trust.published_list import LARGEST, publish
 from accept.certificate.trust.revocation import FILE as REVOKED
 from accept.store import BENCH_KEY, Event, Store, UnitState, fold, own_key
 from accept.store.payloads import CertificateSigned
@@ -65,7 +72,7 @@ def write_evidence(
     if out.exists():
         raise EvidenceError(f"{out}: is there already; name a folder that is not")
     ca, package = keys.ca(home), _Package(out)
-    rows, lines, units = list[Mapping[str, object]](), list[str](), list[str]()
+    rows, lines, units, key = list[Mapping[str, object]](), list[str](), list[str](), None
     for serial in serials:
         events = list(store.events(serial))
         if (unit := fold(events)) is None:
@@ -79,7 +86,8 @@ def write_evidence(
     if (bench := keys.bench_certificate(home, ca)) is None:
         package.missing.append(f"{LIST}: this bench has no certificate of the authority, so it publishes no list")
     else:
-        publish(store, out / LIST, bench, own_key(home / BENCH_KEY), ca)
+        key = own_key(home / BENCH_KEY)
+        publish(store, out / LIST, bench, key, ca)
         package.files[LIST] = hashlib.sha256((out / LIST).read_bytes()).hexdigest()
     if (head := store.signed_head()) is not None:
         package.put("head.json", json.dumps(head.to_json()).encode() + b"\n")
@@ -95,6 +103,8 @@ def write_evidence(
     )
     package.put("README.md", about.encode())
     evidence = EvidenceFolder(made, tuple(units), dict(sorted(package.files.items())), tuple(package.missing))
+    if key is not None:
+        evidence = replace(evidence, signature=key.sign(_signed_text(evidence)).hex())
     write_atomic(out / EVIDENCE, json.dumps(evidence.to_json(), indent=1).encode() + b"\n")
     return evidence
 
@@ -153,12 +163,31 @@ def evidence_in(folder: Path) -> EvidenceFolder | None:
 
 
 def differences(folder: Path, stated: EvidenceFolder) -> Iterator[str]:
-    """Yield each file that is gone, was changed or was added since the package was made."""
+    """Yield each file that is gone, was changed or was added since the package was made, or lies outside."""
     for name, sha256 in stated.files.items():
-        path = folder / name
-        if not path.is_file():
+        try:
+            real = os.path.realpath(folder / name)
+            if not Path(real).is_relative_to(os.path.realpath(folder)):
+                yield f"{name}: lies outside the package, and was not read"
+            elif hashlib.sha256(read_bounded(Path(real), LARGEST)).hexdigest() != sha256:
+                yield f"{name}: it was changed since the package was made"
+        except FileNotFoundError:
             yield f"{name}: {GONE}"
-        elif hashlib.sha256(path.read_bytes()).hexdigest() != sha256:
-            yield f"{name}: it was changed since the package was made"
+        except (OSError, ValueError) as e:
+            yield f"{name}: cannot be read ({getattr(e, 'strerror', None) or e})"
     here = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
     yield from (f"{name}: it was added since the package was made" for name in sorted(here - {*stated.files, EVIDENCE}))
+
+
+def is_signed(stated: EvidenceFolder, benches: Iterable[x509.Certificate]) -> bool:
+    """Return whether one of these benches signed the statement of a package."""
+    for key in (bench.public_key() for bench in benches):
+        with suppress(InvalidSignature, ValueError):
+            if isinstance(key, Ed25519PublicKey):
+                key.verify(bytes.fromhex(stated.signature), _signed_text(stated))
+                return True
+    return False
+
+
+def _signed_text(stated: EvidenceFolder) -> bytes:
+    return b"accept evidence\n" + canonical(replace(stated, signature="").to_json())

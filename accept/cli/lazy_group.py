@@ -36,8 +36,9 @@ def command_of(function: Callable[..., int]) -> Callable[..., None]:
 
 @dataclass(frozen=True)
 class Command:
-    """place: `module:function` in accept.commands; about: the first sentence of the function's docstring; values: what
-    its arguments are, by the names of `accept.cli.completion`, for the shell."""
+    """A command that is imported when it runs. place: `module:function` in accept.commands; about: the first sentence
+    of the function's docstring; values: what its arguments are, by the names of `accept.cli.completion`, for the
+    shell."""
 
     place: str
     about: str

@@ -5,7 +5,6 @@ from typing import Annotated, Any
 import typer
 
 from accept.base import loading
-from accept.base.crash_hooks import log_crashes
 from accept.base.exit_codes import Exit
 from accept.cli.lazy_group import Command, Group, LazyGroup
 
@@ -214,7 +213,7 @@ def main() -> None:
     """Run the program. A pipe that its reader closed (`accept ... | head`) is no crash."""
     loading.import_nothing_from_here()
     loading.begin()
-    log_crashes()
+    loading.log_crashes()
     try:
         app()
     except BrokenPipeError:

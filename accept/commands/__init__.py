@@ -1,1 +1,1 @@
-"""What each command does, by subject."""
+"""The commands, in folders by subject."""

@@ -156,6 +156,7 @@ def _write(file: File) -> None:
         sys.stdout.buffer.write(content)
         sys.stdout.flush()
         return
+    check_place(file.place)
     write_atomic(file.place, content)
     if file.announced:
         say(f"{file.place}: written")

@@ -6,7 +6,7 @@ own comparisons repeat far better: a chart of them finds a drift of the bench lo
 
 import datetime
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from accept.fleet.golden import Golden, goldens
 from accept.fleet.measurements import VOIDED, counted, in_order_of_measurement, measurements, when
 from accept.fleet.process_control.control_chart import FALSE_ALARM, SHIFT, Alarm, Chart
-from accept.fleet.process_control.self_starting import BEFORE, part_chart
+from accept.fleet.process_control.self_starting import BEFORE, FEWEST, findable_change, part_chart
+from accept.fleet.rings import GOLDEN, ringing, shared_chance
 from accept.fleet.trend import limits_of_one_value, sums_panel
 from accept.pictures.labels import label_of
 from accept.store import Store
-from accept.store.payloads import Reference
+from accept.store.payloads import GoldenNamed, Reference
 from checks.picture import Line, Mark, Panel
 from checks.rounding import with_U
 
@@ -85,6 +86,23 @@ class GoldenTrend:
         until = days.iloc[alarm.last + 1 + after[0]] if after.size else None
         return Doubt(self.serial, self.bench, self.quantity, days.iloc[before[-1]], until)
 
+    @property
+    def reach(self) -> str:
+        """Return what the chart can find, in words."""
+        n, sigma = len(self.rows), self.chart.baseline.sigma
+        if sigma == 0.0 or (found := findable_change(n)) is None:
+            return (
+                f"{self.serial}: {n} comparisons find no change: {FEWEST} are needed, taken each shift if that can be"
+            )
+        step, drift = (
+            f"{size * sigma:.2g} {self.unit} ({100 * size * sigma / abs(self.chart.baseline.mean):.2g} %)"
+            for size in found
+        )
+        return (
+            f"{self.serial}: with {n} comparisons that repeat within {sigma:.2g} {self.unit} (1 sd) a shift of the "
+            f"later half below {step}, or a drift over it below {drift}, is found in fewer than nine of ten charts"
+        )
+
     def words(self, alarm: Alarm) -> str:
         """Return an alarm in words: since when, direction, size, and the last good day."""
         first, last = (self.rows["day"].iloc[i] for i in (alarm.first, alarm.last))
@@ -98,29 +116,35 @@ class GoldenTrend:
 
 def golden_trends(store: Store, serial: str | None = None, quantity: str | None = None) -> list[GoldenTrend]:
     """Return the charts of the golden units of a store, of one of them or of one quantity. All quantities of a golden
-    unit at a bench share the chance of a false alarm. Raises StoreError."""
-    found = list[GoldenTrend]()
-    for name, golden in goldens(store).items():
-        if serial in (None, name):
-            found += [each for each in _of_golden(store, golden) if quantity in (None, each.quantity)]
-    return found
+    unit at a bench share the chance of a false alarm, all charts that of a ring. Raises StoreError."""
+    parts = [part for golden in goldens(store).values() for part in _parts(store, golden)]
+    shared = shared_chance(GOLDEN, len(parts))
+    return [_chart(*part, shared) for part in parts if serial in (None, part[0].serial) and quantity in (None, part[2])]
 
 
-def _of_golden(store: Store, golden: Golden) -> list[GoldenTrend]:
+def _parts(store: Store, golden: Golden) -> list[tuple[Golden, str, str, pd.DataFrame, int]]:
+    """Return bench, quantity and rows of each chart of a golden unit, and how many it has at that bench."""
     frame = in_order_of_measurement(measurements(store, golden.serial))
     frame = frame[frame["value"].notna() & (frame[VOIDED] == "") & ~frame["simulated"]]
-    if golden.named.seq != golden.since:  # named again: the judgements of its reference are the first that count
+    if any(event.seq < golden.named.seq for event in store.events(golden.serial, GoldenNamed.KIND)):
+        # Named again, retired meanwhile or not: the judgements of its reference are the first that count.
         n = max((reference.n for reference in golden.reference.values()), default=1)
         before = sorted(frame.loc[frame["seq"] < golden.named.seq, "seq"].unique())
         frame = frame[~frame["seq"].isin(before[:-n])]
-    found = list[GoldenTrend]()
+    found = []
     for bench, of_bench in frame.groupby("bench", observed=True):
         parts = list(of_bench.groupby("quantity", observed=True, sort=False))
-        for name, rows in parts:
-            made = part_chart(rows["value"].to_numpy(), FALSE_ALARM / len(parts))
-            unit, reference = str(rows["unit"].iloc[0]), golden.reference.get(str(name))
-            found.append(GoldenTrend(golden.serial, str(bench), str(name), unit, rows, made, reference))
+        found += [(golden, str(bench), str(name), rows, len(parts)) for name, rows in parts]
     return found
+
+
+def _chart(golden: Golden, bench: str, name: str, rows: pd.DataFrame, beside: int, shared: float) -> GoldenTrend:
+    values, own = rows["value"].to_numpy(), FALSE_ALARM / beside
+    made = part_chart(values, own)
+    strict = part_chart(values, min(shared, own)).alarms if made.alarms else ()
+    made = replace(made, alarms=ringing(made.alarms, [strict]))
+    unit, reference = str(rows["unit"].iloc[0]), golden.reference.get(name)
+    return GoldenTrend(golden.serial, bench, name, unit, rows, made, reference)
 
 
 def in_doubt(frame: pd.DataFrame, charts: Sequence[GoldenTrend]) -> pd.Series:
@@ -160,6 +184,7 @@ def document(each: GoldenTrend) -> dict[str, Any]:
              "good_again": doubt.until and f"{doubt.until:%Y-%m-%d}", "words": each.words(alarm)}
             for alarm, doubt in zip(chart.alarms, each.doubts, strict=True)
         ],
+        "findable": each.reach,
         "cautions": [] if len(each.rows) > BEFORE else [f"{len(each.rows)} comparisons: the chart compares from the "
                                                         f"{BEFORE + 1}th on"],
         "points": [{"time": day, "value": value, "good": bool(good)}

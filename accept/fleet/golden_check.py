@@ -3,11 +3,14 @@
 import datetime
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from accept.base.documents.listings import GoldenCompared
+from accept.base.documents.results import TYPED
 from accept.fleet.errors import FleetError
 from accept.fleet.golden import Golden, goldens, last_resolved, values_of
+from accept.judging.reservations import same_recording
 from accept.store import Store
 from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 
@@ -15,14 +18,18 @@ from accept.store.payloads import GoldenMet, GoldenMissed, Reference, UnitJudged
 def check(store: Store, since: datetime.datetime, who: str) -> list[GoldenCompared]:
     """Compare every golden unit's judgements by this bench since `since` (UTC) with its reference, and store the
     outcome. Every judgement counts, so that a further try does not hide a miss; after a decision only those that follow
-    it.
+    it. One of recordings or readings from before that is no measurement.
 
     Raises FleetError if no unit is golden."""
     named = goldens(store)
     if not named:
         raise FleetError("no golden unit is named: accept golden name SERIAL --expect accepted")
     after, bench = last_resolved(store), store.bench
-    found = [_check_golden(golden, _recent(store, golden.serial, since, after, bench)) for golden in named.values()]
+    found = []
+    for golden in named.values():
+        judged, before = _recent(store, golden.serial, since, after, bench)
+        new = any(not _is_of(each, before) for each in judged)
+        found.append(replace(_check_golden(golden, judged), measured=new))
     missed = {c.serial: c.problems for c in found if c.problems}
     if missed:
         store.write(GoldenMissed(tuple(sorted(missed)), missed, bench, signed_changes=True), who=who)
@@ -31,12 +38,28 @@ def check(store: Store, since: datetime.datetime, who: str) -> list[GoldenCompar
     return found
 
 
-def _recent(store: Store, serial: str, since: datetime.datetime, after: int, bench: str) -> list[UnitJudged]:
-    """Return the judgements of a unit by this bench since a time and after an event. Those of a program that did not
-    store the bench count for every bench."""
-    events = store.events(serial, UnitJudged.KIND, after=after)
-    judged = (UnitJudged.of(e) for e in events if datetime.datetime.fromisoformat(e.time) >= since)
-    return [each for each in judged if each.bench in ("", bench)]
+def _recent(
+    store: Store, serial: str, since: datetime.datetime, after: int, bench: str
+) -> tuple[list[UnitJudged], list[UnitJudged]]:
+    """Return the judgements of a unit by this bench since a time and after an event, and all before these. Those of a
+    program that did not store the bench count for every bench."""
+    judged, before = list[UnitJudged](), list[UnitJudged]()
+    for event in store.events(serial, UnitJudged.KIND):
+        each, is_recent = UnitJudged.of(event), datetime.datetime.fromisoformat(event.time) >= since
+        (judged if is_recent and event.seq > after and each.bench in ("", bench) else before).append(each)
+    return judged, before
+
+
+def _is_of(judged: UnitJudged, before: Sequence[UnitJudged]) -> bool:
+    """Return whether one of the recordings of a judgement, or without any all of its readings, are of earlier ones."""
+    samples = judged.result.samples
+    told = {name: own for name, own in samples.items() if not name.endswith(f"/{TYPED}")} or samples
+    return any(
+        same_recording(own, each.result.samples[name])
+        for each in before
+        for name, own in told.items()
+        if name in each.result.samples
+    )
 
 
 def _check_golden(golden: Golden, judged: Sequence[UnitJudged]) -> GoldenCompared:

@@ -23,8 +23,9 @@ RECORDS, VALUES = "records", "stored values"
 
 @dataclass(frozen=True)
 class JudgedAgain:
-    """was, now: verdicts of the unit; findings: quantity -> (verdict was, verdict now, reason now) where they differ;
-    basis: whether its records were measured again or the stored values were compared with the new limits."""
+    """A stored result judged anew by another spec. was, now: verdicts of the unit; findings: quantity -> (verdict was,
+    verdict now, reason now) where they differ; basis: whether its records were measured again or the stored values were
+    compared with the new limits."""
 
     serial: str
     was: str

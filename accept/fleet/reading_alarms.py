@@ -1,6 +1,7 @@
-"""What the values of a quantity show beside their chart: two populations, a coarse meter, exchanged digits."""
+"""What the values of a quantity show beside their chart: populations, a coarse meter, exchanged digits, offsets."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -8,16 +9,18 @@ from numpy.typing import NDArray
 
 from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import first_attempts, in_order_of_measurement
-from accept.fleet.process_control.control_chart import GROSS_SIGMAS, LEAST, MIXTURE, UNLIKE, Alarm
-from accept.fleet.process_control.equal_runs import EqualRun, Labels, equal_runs
+from accept.fleet.process_control.control_chart import GROSS_SIGMAS, LEAST, MIXTURE, OFFSET, UNLIKE, Alarm
+from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Labels, equal_runs
+from accept.fleet.process_control.offsets import largest_offset
 from accept.fleet.process_control.reading_quality import (
     AGREES,
     exchanged,
+    likelier,
     residuals,
     step_of,
     two_populations,
 )
-from accept.fleet.process_control.scale import from_scale, scale_of, to_scale
+from accept.fleet.process_control.scale import from_scale, scale_of, scales_of, to_scale
 from accept.fleet.process_control.spread import most_sigmas, moving_range_sigma, robust_sigma
 from accept.pictures.labels import label_of
 from checks.arrays import Array
@@ -28,12 +31,14 @@ EXPLAINS = 0.95  # share of the values that the labels of a factor put into the 
 COARSE = 0.6  # step over standard deviation: the meter shows less than a tenth of the process, 6 sigma ([AIAG-MSA])
 NO_CHANCE = 4.0  # 1 in 10^4 that so many readings of a finer meter stand on the steps of a coarser one
 PLACES = ("bench", "operator", "instrument", "lot", "supplier", "shift", "spec")  # what a shift may be confined to
+OF_OFFSET = 0.005  # chance that a chart in control has an offset: a difference that never changes is no hurry
+KNOWN = 4.0  # standard deviations between two means, above which 2 % of values are taken for those of the other one
 METERS = ("instrument", "bench", "operator")
 
 
-def equal_values(rows: pd.DataFrame) -> list[EqualRun]:
+def equal_values(rows: pd.DataFrame, shared: float = FALSE_ALARM) -> list[EqualRun]:
     """Return the runs of equal values among rows of one quantity in the order of measurement, by their positions."""
-    return equal_runs(rows["value"].to_numpy(), labels_of(rows))
+    return equal_runs(rows["value"].to_numpy(), labels_of(rows), shared)
 
 
 def labels_of(rows: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
@@ -42,18 +47,30 @@ def labels_of(rows: pd.DataFrame) -> dict[str, NDArray[np.object_]]:
     return {column: np.where(rows[column] == NOT_STATED, "", rows[column]).astype(object) for column in known}
 
 
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Two populations: what tells them apart, "" for no known factor; the alarm; which of them each value (N,) is of,
+    all 0 if they are not so far apart that this is known."""
+
+    by: str
+    alarm: Alarm
+    part: NDArray[np.intp]
+
+
 def mixture(
-    values: Array, level: Array, scale: str, labels: Mapping[str, Labels], unit: str
-) -> tuple[str, Alarm] | None:
-    """Return what tells two populations of values (N,) apart ("" for no known factor), and the alarm; None for one
-    population. level (N,): of the chart, so that a shift or drift is no population; gross values are left out."""
+    values: Array, level: Array, scale: str, labels: Mapping[str, Labels], unit: str, shared: float
+) -> Mixture | None:
+    """Return the two populations of values (N,), None for one. level (N,): of the chart, so that a shift or drift is no
+    population; gross values are left out. shared: chance of two that ring."""
     y = to_scale(values, scale)
     about = y - to_scale(level, scale)
     kept = np.flatnonzero(np.abs(about - np.median(about)) <= 2.0 * GROSS_SIGMAS * robust_sigma(about))
     found = two_populations(about[kept])
-    if found is None or (values.min() > 0.0 and two_populations(np.log(values[kept])) is None):
+    of_logs = two_populations(np.log(values[kept])) if found and values.min() > 0.0 else found
+    if found is None or of_logs is None:
         return None  # skewed values are two populations as measured, and one on a logarithmic scale
-    low, high = (float(from_scale(np.median(y) + np.array(mean), scale)) for mean in found.means)
+    middle = np.median(to_scale(level, scale))
+    low, high = (float(from_scale(middle + np.array(mean), scale)) for mean in found.means)
     by = next((c for c, of in labels.items() if _share(of[kept], found.upper) >= EXPLAINS), "")
     explained = f"; {by} tells them apart" if by else "; no bench, meter, operator, lot or spec tells them apart"
     words = (
@@ -61,7 +78,27 @@ def mixture(
         f"upper one), {(found.means[1] - found.means[0]) / found.sigma:.1f} of their standard deviations apart"
         f"{explained}; log likelihood ratio {found.ratio / 2.0:.0f}, of one population above 10 in less than 1 of 1000"
     )
-    return by, Alarm(MIXTURE, 0, values.size - 1, high - low, 0.0, values.size, evidence=words)
+    rings = min(found.ratio, of_logs.ratio) > likelier(shared)
+    alarm = Alarm(MIXTURE, 0, values.size - 1, high - low, 0.0, values.size, evidence=words, rings=rings)
+    is_known = by not in METERS and found.means[1] - found.means[0] > KNOWN * found.sigma
+    return Mixture(by, alarm, (about > sum(found.means) / 2.0).astype(np.intp) * is_known)
+
+
+def offset(
+    rows: pd.DataFrame, level: Array, scale: str, part: NDArray[np.intp], labels: Mapping[str, Labels], shared: float
+) -> Alarm | None:
+    """Return the alarm of a bench, meter or person that reads otherwise than others on the same day, of the same kind,
+    lot and population; None without one. shared: chance of one that rings."""
+    values = rows["value"].to_numpy()
+    y = to_scale(values, scale)
+    blocks = rows.groupby(["day", "lot", "kind", part], observed=True, sort=False).ngroup().to_numpy().astype(np.intp)
+    found = largest_offset(y - to_scale(level, scale), labels, blocks)
+    if found is None or found.chance > OF_OFFSET:
+        return None
+    middle = float(np.median(y))
+    usual, off, beyond = from_scale(middle + np.array([0.0, found.size, found.size + 2.0 * found.error]), scale)
+    U, ends = abs(float(beyond - off)), (int(found.at[0]), int(found.at[-1]))
+    return Alarm(OFFSET, *ends, float(off - usual), U, found.at.size, found.place, rings=found.chance <= shared)
 
 
 def _share(labels: Labels, upper: Array) -> float:
@@ -115,7 +152,14 @@ def unlike_values(frame: pd.DataFrame) -> dict[str, dict[str, Alarm]]:
     y = np.column_stack([to_scale(table[name].to_numpy(), scale) for name, scale in zip(names, scales, strict=True)])
     rest, sigmas = residuals(y)
     n = int(np.isfinite(rest).sum())
-    gross = np.abs(rest) > most_sigmas(max(n, 1), max(n - 2, 1), CHANCE) * sigmas
+    most = most_sigmas(max(n, 1), max(n - 2, 1), CHANCE)
+    gross = np.abs(rest) > most * sigmas
+    for q in np.flatnonzero(gross.any(axis=0)).tolist():  # gross on each scale that the values do not contradict
+        for scale in scales_of(table[names[q]].dropna().to_numpy()):
+            again, its = residuals(
+                np.column_stack([y[:, :q], to_scale(table[names[q]].to_numpy(), scale), y[:, q + 1 :]])
+            )
+            gross[:, q] &= np.abs(again[:, q]) > most * its[:, q]
     found = dict[str, dict[str, Alarm]]()
     for i in np.flatnonzero(gross.any(axis=1)).tolist():
         expected, off = y[i] - rest[i], np.abs(rest[i]) / sigmas[i]
@@ -136,6 +180,6 @@ def unlike_values(frame: pd.DataFrame) -> dict[str, dict[str, Alarm]]:
             f"{value:g} is {off[wrong]:.1f} standard deviations from {middle:.4g}, which the other quantities of the "
             f"unit give ({', '.join(label_of(name) for name in names if name != quantity)}){near}"
         )
-        alarm = Alarm(UNLIKE, 0, 0, value - middle, abs(beyond - middle), 1, evidence=words)
+        alarm = Alarm(UNLIKE, 0, 0, value - middle, abs(beyond - middle), 1, evidence=words, rings=True)
         found.setdefault(quantity, {})[str(table.index[i])] = alarm
     return found

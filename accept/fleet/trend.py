@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from accept.fleet.errors import FleetError, statistics
 from accept.fleet.findings_file import NOT_STATED
-from accept.fleet.measurements import first_attempts, in_order_of_measurement, of_quantity
+from accept.fleet.measurements import counted, first_attempts, in_order_of_measurement, of_quantity
 from accept.fleet.process_control.capability import Capability, Index, capability
 from accept.fleet.process_control.control_chart import (
     DRIFT,
@@ -28,8 +28,26 @@ from accept.fleet.process_control.control_chart import (
 )
 from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place
 from accept.fleet.process_control.places import chart_by_place, same_places
-from accept.fleet.process_control.scale import as_measured, scale_of, to_scale
-from accept.fleet.reading_alarms import METERS, PLACES, coarse_meters, equal_values, labels_of, mixture, unlike_values
+from accept.fleet.process_control.scale import as_measured, from_scale, scale_of, scales_of, to_scale
+from accept.fleet.reading_alarms import (
+    METERS,
+    PLACES,
+    coarse_meters,
+    equal_values,
+    labels_of,
+    mixture,
+    offset,
+    unlike_values,
+)
+from accept.fleet.rings import (
+    OF_CHART,
+    OF_EQUAL,
+    OF_OFFSET,
+    count_of_quantities,
+    findable_shift,
+    ringing,
+    shared_chance,
+)
 from accept.pictures.labels import label_of
 from accept.store import Store
 from accept.store.decisions import Signer, problem_here, sign_decision
@@ -63,7 +81,8 @@ class Trend:
     compares, all but equal values in a row; chart, capability: None if there are too few values or the limits differ,
     and `why` then; alarms: of the chart and of equal values, by the indices of rows; stages: if the limits changed, a
     document for each revision; baseline: the stored one, if there is one; scale: on which the values are compared
-    (`accept.fleet.process_control.scale`)."""
+    (`accept.fleet.process_control.scale`); findable: a shift of half of the values that nine of ten such charts find,
+    and one that rings, None for too few values."""
 
     name: str
     quantity: str
@@ -76,6 +95,7 @@ class Trend:
     stages: tuple[dict[str, Any], ...]
     baseline: StoredBaseline | None
     false_alarms: float
+    findable: tuple[float | None, float | None]
     scale: str
     why: tuple[str, ...]
 
@@ -105,9 +125,11 @@ def trends(
         unlike = unlike_values(frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)])
     of_units = unlike.get(quantity, {})
     parts = [("all", ordered)] if by == "all" else ordered.groupby(by, observed=True)
-    groups, known = ((str(name), rows) for name, rows in parts), baselines or {}
+    groups, known = [(str(name), rows) for name, rows in parts], baselines or {}
     rules = tuple(sorted(nelson_rules))
-    return [_trend(name, quantity, rows, known.get(name), rules, of_units) for name, rows in groups]
+    shown = counted(frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)])
+    shared = shared_chance(by, len(groups) * count_of_quantities(shown))
+    return [_trend(name, quantity, rows, known.get(name), rules, of_units, shared) for name, rows in groups]
 
 
 def _trend(
@@ -117,11 +139,12 @@ def _trend(
     baseline: StoredBaseline | None,
     nelson_rules: tuple[int, ...],
     unlike: Mapping[str, Alarm],
+    shared: float,
 ) -> Trend:
     units = rows["unit"].unique()
     if len(units) > 1:
         raise FleetError(f"{quantity}: values in {' and '.join(map(str, units))}; choose one kind or spec")
-    runs, before = equal_values(rows), rows[:0]
+    runs, before = equal_values(rows, OF_EQUAL * shared), rows[:0]
     equal = np.isin(np.arange(len(rows)), [i for run in runs for i in run.at])
     if baseline is not None:
         since, until = (pd.Timestamp(day, tz="UTC") for day in (baseline.stated.since, baseline.stated.until))
@@ -133,22 +156,32 @@ def _trend(
     values, unit = rows["value"].to_numpy()[compared], str(units[0])
     everywhere, found, why = labels_of(rows), list[Alarm](), list[str]()
     control, cap, rate = None, None, 0.0
+    findable: tuple[float | None, float | None] = None, None
     scale = baseline.stated.scale if baseline is not None else scale_of(values)
     if equal.any():
         why.append(f"{equal.sum()} equal values are not used for the limits")
     if values.size >= LEAST or (baseline is not None and values.size):
         labels = {column: of[compared] for column, of in everywhere.items()}
         process, of_places = baseline.process if baseline else None, _baselines_of_places(before, scale)
-        control = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
-        control = as_measured(control, values, scale)
+        made = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
+        if made.alarms:
+            strict = [
+                chart_by_place(to_scale(values, each), labels, process, (), of_places, OF_CHART * shared).alarms
+                for each in ((scale,) if process else scales_of(values))
+            ]
+            made = replace(made, alarms=ringing(made.alarms, strict))
+        findable = _findable(made.baseline, values.size, process is not None, scale, shared)
+        control = as_measured(made, values, scale)
         rate = false_alarm_rate(values.size, process.n if process else None, nelson_rules)
         why += coarse_meters(values, labels, unit)
-        if mixed := mixture(values, control.level, scale, labels, unit):
-            by, alarm = mixed
-            if by in METERS:  # two meters that differ are two charts, no alarm
-                why.append(alarm.evidence)
-            else:
-                found.append(replace(alarm, first=int(compared[0]), last=int(compared[-1])))
+        mixed = mixture(values, control.level, scale, labels, unit, OF_CHART * shared)
+        if mixed is not None and mixed.by in METERS:  # two meters that differ are two charts
+            why.append(mixed.alarm.evidence)
+        elif mixed is not None:
+            found.append(replace(mixed.alarm, first=int(compared[0]), last=int(compared[-1])))
+        part = np.zeros(values.size, dtype=np.intp) if mixed is None else mixed.part
+        if off := offset(rows.iloc[compared], control.level, scale, part, labels, OF_OFFSET * shared):
+            found.append(replace(off, first=int(compared[off.first]), last=int(compared[off.last])))
     elif baseline is not None:
         why.append(f"no unit since the baseline ended on {baseline.stated.until}")
     else:
@@ -170,7 +203,16 @@ def _trend(
             why.append(f"no capability: {e}")
     if cap is not None:
         why += _cautions(cap, alarms)
-    return Trend(name, quantity, unit, rows, compared, control, alarms, cap, stages, baseline, rate, scale, tuple(why))
+    chances, said = (rate, findable), tuple(why)
+    return Trend(name, quantity, unit, rows, compared, control, alarms, cap, stages, baseline, *chances, scale, said)
+
+
+def _findable(base: Baseline, n: int, frozen: bool, scale: str, shared: float) -> tuple[float | None, float | None]:
+    """Return the shifts that a chart of n values finds and that ring, as measured."""
+    at = float(from_scale(np.array(base.mean), scale))
+    sizes = (findable_shift(base, n, frozen, chance) for chance in (FALSE_ALARM, OF_CHART * shared))
+    own, ring = (size and float(from_scale(np.array(base.mean + size), scale)) - at for size in sizes)
+    return own, ring
 
 
 def _with_unlike(found: Sequence[Alarm], serials: Sequence[str], unlike: Mapping[str, Alarm]) -> list[Alarm]:
@@ -178,7 +220,9 @@ def _with_unlike(found: Sequence[Alarm], serials: Sequence[str], unlike: Mapping
     one alarm."""
     at = {i: unlike[serial] for i, serial in enumerate(serials) if serial in unlike}
     gross = {a.first for a in found if a.rule == VALUE}
-    said = [replace(a, evidence=at[a.first].evidence) if a.rule == VALUE and a.first in at else a for a in found]
+    said = [
+        replace(a, evidence=at[a.first].evidence, rings=True) if a.rule == VALUE and a.first in at else a for a in found
+    ]
     return said + [replace(alarm, first=i, last=i) for i, alarm in at.items() if i not in gross]
 
 
@@ -206,7 +250,7 @@ def _alarms(made: Chart | None, compared: NDArray[np.intp], runs: Sequence[Equal
     for run in runs:
         size = float(values[run.at[0]] - (made.baseline.mean if made else values.mean()))
         ends = int(run.at[0]), int(run.at[-1])
-        found.append(Alarm(EQUAL, *ends, size, 0.0, run.at.size, run.place, run.usual))
+        found.append(Alarm(EQUAL, *ends, size, 0.0, run.at.size, run.place, run.usual, rings=run.rings))
     return found
 
 
@@ -252,6 +296,12 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
                 f"{units} (since {since}): {alarm.units} equal values of {value} in a row{whose(alarm.place)}{same}; "
                 f"measured ones show more than {alarm.usual} in a row once in {1.0 / FALSE_ALARM:g} charts: was a "
                 "number copied, did a reading stand still, or are the steps of the meter too coarse?"
+            )
+        case "offset":
+            other = whose(alarm.place).strip()
+            return (
+                f"{shown}: what is measured {other}{same} reads {size} from what is measured beside it, on the same "
+                "days and of the same lots, all the time: compare both with one part"
             )
         case "two populations" | "unlike":
             return f"{units} ({since}): {alarm.evidence}"
@@ -338,6 +388,7 @@ def summary(t: Trend, points: bool = True) -> dict[str, Any]:
         "baseline": _baseline_document(t),
         "limits": None if t.chart is None else {"lower": t.chart.lower, "upper": t.chart.upper},
         "false_alarm_rate": t.false_alarms if t.chart else None,
+        "findable": dict(zip(("own", "ring"), t.findable, strict=True)),
         "alarms": _alarm_documents(t),
         "cautions": list(t.why),
         "points": _points(t.rows) if points else [],

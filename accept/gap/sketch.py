@@ -1,4 +1,4 @@
-"""Where in the strut the cause of a gap sits, and how sure that is: one picture of lines, true to scale, which each
+"""The place in the strut of the cause of a gap, and how sure it is: one picture of lines, true to scale, which each
 medium draws in its own way."""
 
 import math

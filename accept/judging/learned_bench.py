@@ -1,4 +1,4 @@
-"""What a spec asks of the bench that a model learned: its age at the measurement, and how many units it is from.
+"""Requirements of a spec on the bench that a model learned: its age at the measurement, and how many units it is from.
 
 A bench changes: an amplifier is exchanged, a screw of the guide works loose. What was learned before that makes a
 misalignment out of it. All that is compared here is on the certificate, so that it can be judged again from it.

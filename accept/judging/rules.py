@@ -32,7 +32,7 @@ NAMED = 3  # copies that a reason names; with more it says how many
 
 @dataclass(frozen=True)
 class Case:
-    """What a unit is judged by. known: the measured quantities, by name."""
+    """A unit with all that its judgement depends on. known: the measured quantities, by name."""
 
     unit: LoadedUnit
     spec: Spec

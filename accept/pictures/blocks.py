@@ -1,12 +1,12 @@
-"""What a report says, as blocks of plain data: each medium (terminal, PDF, web page, screen) shows them in its own way
-and adds no words."""
+"""The content of a report as blocks of plain data: each medium (terminal, PDF, web page, screen) shows them in its own
+way and adds no words."""
 
 from dataclasses import dataclass
 from enum import Enum, auto
 
 
 class Role(Enum):
-    """What a sentence is for; each medium has its own look for each."""
+    """The role of a sentence; each medium has its own look for each."""
 
     FOUND = auto()  # what the report is about
     RIVAL = auto()  # what cannot be distinguished
@@ -26,7 +26,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Sentence:
-    """details: numbers and advice that belong to it; evidence: how sure it is."""
+    """A sentence of a report. details: numbers and advice that belong to it; evidence: how sure it is."""
 
     words: str
     role: Role = Role.REMARK

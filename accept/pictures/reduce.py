@@ -12,6 +12,7 @@ from checks.picture import Band, Image, Item, Line, Panel
 
 POINTS = 800  # a certificate's panel is 55 mm wide: 15 points per millimetre
 _DIGITS = 7  # of a number in a picture: more than print resolves
+_EXACT, _UNSURE = 22, 1e-6  # 10^22 is the last power of ten without rounding; of a step of the seventh digit
 _PIXELS = 200  # at most, along each side of a map
 
 
@@ -49,5 +50,14 @@ def _keep_extremes(low: Array, high: Array) -> NDArray[np.int64]:
 
 
 def _round_values(values: Array) -> Array:
-    flat = [float(f"{v:.{_DIGITS}g}") for v in np.asarray(values, float).ravel().tolist()]
-    return np.array(flat, dtype=float).reshape(np.shape(values))
+    """Return the values as their seven digits are read. The quotient of whole numbers below 2^53, and of a power of ten
+    up to the 22nd, is that number; what lies about the middle of two is written and read."""
+    flat = np.asarray(values, float).ravel()
+    with np.errstate(all="ignore"):  # 0, NaN and infinite values are written and read too
+        power = _DIGITS - 1 - np.floor(np.log10(np.abs(flat)))
+        up, down = 10.0 ** np.clip(power, 0, _EXACT), 10.0 ** np.clip(-power, 0, _EXACT)
+        whole = np.rint(digits := flat * up / down)
+        sure = (np.abs(digits - whole) < 0.5 - _UNSURE) & (np.abs(power) <= _EXACT)
+    rounded = whole / up * down
+    rounded[~sure] = [float(f"{v:.{_DIGITS}g}") for v in flat[~sure].tolist()]
+    return np.asarray(rounded.reshape(np.shape(values)))

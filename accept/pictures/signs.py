@@ -1,4 +1,5 @@
-"""How a verdict looks, once for every medium: distinguished by word, by mark and by colour, so also without colour."""
+"""The look of a verdict, once for every medium: distinguished by word, by mark and by colour, so also without
+colour."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -20,7 +21,8 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class Sign:
-    """word: as it is read; mark: one character of a terminal; print_mark: of the certificate's typeface."""
+    """The look of a verdict. word: as it is read; mark: one character of a terminal; print_mark: of the certificate's
+    typeface."""
 
     word: str
     mark: str

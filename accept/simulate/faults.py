@@ -28,10 +28,11 @@ class Remedy:
 
 @dataclass(frozen=True)
 class UnitFault:
-    """kinds: of unit that can have it; shows: (quantity, verdict) in a judgement by the spec of its kind; unexplained:
-    the same until the gap analysis has named the cause of a strut, none if equal; figures: the APA with it; model:
-    changes of the model's values, from its values; spoil: the record with it, by file stem; cut: file stems of records
-    that end in the middle; double: hits that bounce; remedy: at the bench, None if the part itself is bad."""
+    """A fault of a simulated unit. kinds: of unit that can have it; shows: (quantity, verdict) in a judgement by the
+    spec of its kind; unexplained: the same until the gap analysis has named the cause of a strut, none if equal;
+    figures: the APA with it; model: changes of the model's values, from its values; spoil: the record with it, by file
+    stem; cut: file stems of records that end in the middle; double: hits that bounce; remedy: at the bench, None if the
+    part itself is bad."""
 
     words: str
     kinds: tuple[str, ...]

@@ -47,7 +47,7 @@ def unit_texts() -> dict[bytes, SeedApa]:
 def write_units(folder: Path) -> list[Path]:
     """Write a unit folder per APA below `folder` and return them."""
     for text, apa in unit_texts().items():
-        write_atomic(folder / apa.serial / UNIT_FILE, text)
+        write_atomic(folder / apa.serial / UNIT_FILE, text, of_unit=True)
     return [folder / apa.serial for apa in SEED_APAS]
 
 

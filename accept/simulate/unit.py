@@ -152,5 +152,5 @@ def write(unit: SimulatedUnit, folder: Path) -> Path:
     truth = json.dumps(unit.truth, indent=1, allow_nan=False) + "\n"
     write_atomic(folder / TRUTH_FILE, truth.encode())
     for name, content in sorted(unit.files.items(), key=lambda item: item[0] == UNIT_FILE):
-        write_atomic(folder / name, content)
+        write_atomic(folder / name, content, of_unit=True)
     return folder

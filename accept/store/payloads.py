@@ -288,7 +288,7 @@ class GoldenRetired(Payload, what="golden_retired"):
 
 @dataclass(frozen=True)
 class GoldenMet(Payload, what="golden_met"):
-    """Every golden unit was measured as before. It lifts no stop."""
+    """Every golden unit agreed with its reference. It lifts no stop."""
 
     serials: tuple[str, ...]
     bench: Annotated[str, only_if(bool), "public key of the bench"] = ""
@@ -297,7 +297,7 @@ class GoldenMet(Payload, what="golden_met"):
 
 @dataclass(frozen=True)
 class GoldenMissed(Payload, what="golden_missed"):
-    """Golden units were not measured as before: the bench is stopped."""
+    """Golden units disagreed with their references: the bench is stopped."""
 
     serials: tuple[str, ...]
     reasons: Annotated[Mapping[str, tuple[str, ...]], "what differs, by serial"]
@@ -307,7 +307,7 @@ class GoldenMissed(Payload, what="golden_missed"):
 
 @dataclass(frozen=True)
 class GoldenResolved(Payload, what="golden_resolved"):
-    """The bench may judge again."""
+    """Quality assurance ended a stop of the bench by its golden units."""
 
     reason: str
     bench: Annotated[str, only_if(bool), "public key of the bench"] = ""

@@ -28,7 +28,8 @@ OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked wh
 
 @dataclass(frozen=True)
 class Seal:
-    """head: the last event that was checked. looks: state of the database at that time. made: time of sealing [s]."""
+    """The end of the chain when it was last checked. head: the last event that was checked. looks: state of the
+    database at that time. made: time of sealing [s]."""
 
     head: StoreHead
     looks: str

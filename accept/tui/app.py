@@ -31,7 +31,7 @@ _TEXTUALS = ("app.focus_next", "app.focus_previous", "screen.copy_text")  # what
 
 @dataclass
 class RunOutcome:
-    """What this run has come to, for the exit code."""
+    """The verdicts of this run, for the exit code."""
 
     verdicts: dict[str, str] = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)  # the same as people read them
@@ -254,7 +254,7 @@ class BenchApp(InOrder):
         self.close_unit()
 
     def close_unit(self) -> None:
-        """Let go of the unit, and note how far it came."""
+        """Close the unit, and keep its verdict for the exit code."""
         if self.session is not None:
             from accept.base.documents.results import unit_word  # what it imports is there by now
 
@@ -285,12 +285,12 @@ class BenchApp(InOrder):
             )
             told = getattr(screen, "help_text", None)
             words = told() if callable(told) else "Enter goes on, Esc goes back."
-            always = f"  {'F12':<12}Light or dark\n  {'^q':<12}Quit; the next start proposes this unit"
+            always = f"  {'F12':<12}Light or dark\n  {'^Q':<12}Quit; the next start proposes this unit"
             self.push_screen(Help("Help", f"{words}\n\nKeys\n{keys}\n{always}"))
 
 
 def open_at_bench(bench: "Workbench", begun: Begun) -> "tuple[Workbench, Session, list[str]]":
-    """Open the unit with what the screens need of the physics; imported here, in a thread."""
+    """Open the unit with the physics that its screens need, which is imported here, in a thread."""
     with ONE_IMPORT:
         import accept.tui.screens.steps  # noqa: F401
     at_unit = bench.at_unit(begun)

@@ -1,4 +1,4 @@
-"""What the command palette offers: the keys of the screen, the steps of the unit, the units of the bench."""
+"""The entries of the command palette: the keys of the screen, the steps of the unit, the units of the bench."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable

@@ -91,8 +91,8 @@ def asked_for() -> str:
 
 
 class WithoutColour(Monochrome):
-    """What `NO_COLOR` makes of a line. Cells without any style, which a table has beside its columns, stay as they are:
-    the base class fails on them."""
+    """A filter that takes the colour off a line, for `NO_COLOR`. Cells without any style, which a table has beside its
+    columns, stay as they are: the base class fails on them."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
         """Return segments in shades of grey."""

@@ -108,4 +108,4 @@ def _free_name(folder: Path, name: str, digest: str, size: int) -> str:
 
 def write_document(folder: Path, document: dict[str, Any]) -> None:
     """Write `unit.toml`. Raises OSError."""
-    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"))
+    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"), of_unit=True)

@@ -17,103 +17,8 @@ from specs.products import Product
 from specs.strict import SpecError, file_bytes, toml_of
 
 PROJECT_FILE = "pyproject.toml"
-PYPROJECT = """\
-[build-system]
-requires = ["hatchling"]
-build-backend = "hatchling.build"
-
-[project]
-name = "accept-product-{dashed}"
-version = "0.1.0"
-description = "The product '{name}' for accept"
-dependencies = ["{distribution}"]
-
-[tool.hatch.build.targets.wheel]
-packages = ["{module}"]
-
-[project.entry-points."accept.products"]
-{key} = "{module}:PRODUCT"
-
-[project.entry-points."accept.checks"]
-{key}_mass = "{module}.mass:CHECK"
-"""
-INIT = '''\
-"""The product '{name}': its spec, its parts, and the checks that it brings."""
-
-from pathlib import Path
-
-from specs.products import Product
-
-PRODUCT = Product(
-    name="{name}",
-    title="{title}",
-    plural="{title} units",
-    spec=Path(__file__).parent / "spec.toml",
-    model=None,  # a built-in model or a file beside this one, if responses are to be explained
-    parts={{}},  # part in unit.toml -> label, which the workflow asks for
-    checks=("capacitance",),  # of the program, which its spec may ask for
-)
-'''
-CHECK_FILE = '''\
-"""The mass of a unit, weighed and typed: an example of a check of your own."""
-
-from checks.acceptance.common.typed_value import typed_quantity
-from checks.declare import Check, Form, Guide, Scalar, Values
-from checks.quantity import Outcome
-from specs.spec import CheckSpec
-
-NAME = "{key}_mass_kg"
-
-
-def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return the mass [kg] with its stated uncertainty."""
-    return Outcome((typed_quantity(values, spec, NAME),))
-
-
-CHECK = Check(
-    name="{key}_mass",
-    title="Mass of the unit",
-    kinds=("{name}",),
-    forms=(Form("value", (Scalar(NAME, "mass", lo=0.0, hi=1000.0),)),),
-    quantities={{NAME: "Mass"}},
-    measure=measure,
-    stated=(NAME,),
-    guide=Guide("Weigh the unit without its cable."),
-)
-'''
-SPEC = """\
-name = "{name}"
-kind = "{name}"
-title = "{title}"
-
-[checks.{key}_mass.limits.{key}_mass_kg]
-lower = 0.9
-upper = 1.1
-unit = "kg"
-rule = "guarded"
-source = "example: write the drawing's number here"
-assumed = true
-[checks.{key}_mass.uncertainty.{key}_mass_kg]
-U = 0.001
-source = "example: the scale's certificate"
-"""
-UNIT = """\
-serial = "{serial}-01"
-kind = "{name}"
-[{key}_mass]
-{key}_mass_kg = 1.0
-"""
-README = """\
-# Product '{name}' for accept
-
-    pip install -e .
-    accept product check {name}
-    accept batch example --out out
-
-- `{module}/__init__.py` declares the product, `{module}/spec.toml` its limits.
-- `{module}/mass.py` is a check of its own; checks of the program stand in `checks` of the product.
-- `example/` is a unit.
-"""
+TEMPLATES = Path(__file__).parent / "new_product"  # a file for each, with words in braces; {{ is a brace
+FILES = (PROJECT_FILE, "README.md", "package/__init__.py", "package/mass.py", "package/spec.toml", "example/unit.toml")
 
 
 def skeleton(name: str) -> dict[str, str]:
@@ -128,15 +33,8 @@ def skeleton(name: str) -> dict[str, str]:
     }  # fmt: skip
     if problem := product_problem(Product(name, words["title"], name, "apa")):
         raise ProductError(problem)
-    texts = {
-        PROJECT_FILE: PYPROJECT,
-        "README.md": README,
-        f"{module}/__init__.py": INIT,
-        f"{module}/mass.py": CHECK_FILE,
-        f"{module}/spec.toml": SPEC,
-        "example/unit.toml": UNIT,
-    }
-    return {file: text.format(**words) for file, text in texts.items()}
+    texts = {file: (TEMPLATES / f"{file}.txt").read_text(encoding="utf-8").format(**words) for file in FILES}
+    return {file.replace("package/", f"{module}/"): text for file, text in texts.items()}
 
 
 @contextmanager

@@ -134,7 +134,7 @@ def _fetch(fs: Any, folder: str, target: Path) -> Iterator[tuple[str, int, str]]
 
 def _copy(fs: Any, folder: str, target: Path, name: str, limit: int) -> tuple[str, int, str]:
     size, digest = 0, hashlib.sha256()
-    with fs.open(f"{folder.rstrip('/')}/{name}", "rb") as source, writing_atomic(target / name) as file:
+    with fs.open(f"{folder.rstrip('/')}/{name}", "rb") as source, writing_atomic(target / name, of_unit=True) as file:
         while content := _read(source, name):
             size += len(content)
             if size > limit:

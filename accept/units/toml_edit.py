@@ -83,4 +83,4 @@ def _item(value: Any) -> Any:
 def _write(folder: Path, text: str) -> None:
     data = tomlkit.parse(text).unwrap()
     unit_folder.parse(folder, text.encode("utf-8"), data)  # raises UnitError before anything is written
-    write_atomic(folder / UNIT_FILE, text.encode("utf-8"))
+    write_atomic(folder / UNIT_FILE, text.encode("utf-8"), of_unit=True)

@@ -128,7 +128,7 @@ def read(folder: Path, latest: date | None = None) -> UnitFolder:
 
 
 def _unreadable(unit: UnitFolder) -> Iterator[str]:
-    """Yield the problems of what stands in the place of each named file."""
+    """Yield the problems of the file in the place of each name."""
     for name in unit.files:
         try:
             inside(unit.path, name)

@@ -46,10 +46,10 @@ class Exercise(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Workbench:
-    """specs: kind -> spec. services: what judges, measures and signs. records: folder that new record files arrive in.
-    training: the simulated unit of a training, None for a real one. proposed: serial to begin with. stated: the bench
-    file whose calibrations stand behind the findings. taken: an existing unit folder to continue. closing: stops what
-    runs beside the workflow."""
+    """The open bench. specs: kind -> spec. services: what judges, measures and signs. records: folder that new record
+    files arrive in. training: the simulated unit of a training, None for a real one. proposed: serial to begin with.
+    stated: the bench file whose calibrations stand behind the findings. taken: an existing unit folder to continue.
+    closing: stops what runs beside the workflow."""
 
     store: Store
     home: Path
@@ -106,7 +106,7 @@ class Workbench:
         return known_unit(self.store, serial, self.specs)
 
     def described(self, serial: str) -> str | None:
-        """Return the kind whose spec alone says itself that its serials look like this one, None without one."""
+        """Return the kind of the only spec that describes serials like this one, None if none or several do."""
         kinds = [kind for kind, spec in self.specs.items() if is_described(serial, spec)]
         return kinds[0] if len(kinds) == 1 else None
 

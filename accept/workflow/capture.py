@@ -157,7 +157,7 @@ def measure_folder(
         session.close()
         instrument.close()
     for file in captured.files.values():
-        write_atomic(folder / file.name, file.content)
+        write_atomic(folder / file.name, file.content, of_unit=True)
     toml_edit.enter(folder, step, captured.to_toml(), simulated)
     return captured
 

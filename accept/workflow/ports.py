@@ -1,6 +1,7 @@
-"""What screens and dialogues ask of the bench that takes long to import: judging, explaining, measuring, signing.
+"""The services of the bench for screens and dialogues that take long to import: judging, explaining, measuring,
+signing.
 
-`accept.workflow.open_bench` hands it over."""
+`accept.workflow.open_bench` hands them over."""
 
 import threading
 from collections.abc import Callable, Iterable, Sequence
@@ -77,7 +78,7 @@ class SigningPort(Protocol):
 
 
 class Services(Protocol):
-    """What the bench does for its screens."""
+    """The services of the bench for its screens."""
 
     def warm(self) -> None:
         """Let the other process start, without waiting for it. Raises OSError."""

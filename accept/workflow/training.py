@@ -178,7 +178,7 @@ class TrainingUnit:
         for name, content in simulate(self._request).files.items():
             path = self.folder / name
             if wanted(name) and not (path.exists() and path.read_bytes() == content):
-                write_atomic(path, content)
+                write_atomic(path, content, of_unit=True)
                 os.utime(path, (time.time() - ago_s,) * 2)
 
 

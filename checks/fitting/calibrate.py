@@ -31,8 +31,8 @@ Wrap = Callable[[Model], Response]
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """model: with the form of damping that the data require; response: the fitted part of the model; fit: of its free
-    parameters, at the finest tolerance that the data bear."""
+    """A model calibrated to a unit's responses. model: with the form of damping that the data require; response: the
+    fitted part of the model; fit: of its free parameters, at the finest tolerance that the data bear."""
 
     model: Model
     response: Response

@@ -16,8 +16,9 @@ TWO_SIDED = 1.959964  # standard deviations of a normal that hold 95 %
 
 @dataclass(frozen=True)
 class Identifiability:
-    """sd: standard uncertainty with every other parameter free; sd_alone: if all others were known; rival: the other
-    parameter whose estimate is most correlated with this one, and correlation: with it, -1..1."""
+    """How well the data determine a parameter. sd: standard uncertainty with every other parameter free; sd_alone: if
+    all others were known; rival: the other parameter whose estimate is most correlated with this one, and correlation:
+    with it, -1..1."""
 
     sd: float
     sd_alone: float

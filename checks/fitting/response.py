@@ -16,4 +16,4 @@ class Response(Protocol):
         """Return the response (F, C)."""
 
     def jacobian(self, f: Array, names: Sequence[str], changes: Values, channels: Channels) -> Complex:
-        """Return the derivatives (P, F, C) per unit of each name."""
+        """Return the derivatives (P, F, C) of the response by each name, per unit of that name."""

@@ -27,8 +27,8 @@ SHARE = 0.5  # of t^2: |d| <= t, anywhere in that disc
 
 @dataclass(frozen=True, eq=False)
 class Whitener:
-    """inverse (F, C, C): inverse Cholesky factors of the covariance that is independent from bin to bin; U (2FC, m),
-    shrink (m,): directions of the smooth error and by how much less they count."""
+    """Weights of residuals. inverse (F, C, C): inverse Cholesky factors of the covariance that is independent from bin
+    to bin; U (2FC, m), shrink (m,): directions of the smooth error and by how much less they count."""
 
     inverse: Complex
     U: Array

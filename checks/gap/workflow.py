@@ -68,19 +68,19 @@ def _explain(problem: Problem, search: Search, base: Explanation) -> Result:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
     if problem.inputs.model.learned is None and (bench := on_bench(search, base)) is not None:
         return _explain_on_bench(problem, search, base, bench)
+    refused = None
     for found in _stages(search, base):
-        if found.is_final:
-            break
-        if found.best.beside:
-            partial = build_result(problem, search, found, whole)
-            if partial.verdict != UNEXPLAINED:
-                return partial
-    return build_result(problem, search, found, whole)
+        if found.is_final or found.best.beside:
+            result = build_result(problem, search, found, whole)
+            if result.verdict != UNEXPLAINED:
+                return result
+            refused = refused or (result if found.is_final else None)
+    return refused or build_result(problem, search, found, whole)
 
 
 def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
-    """Yield what each stage finds: the first that is final is the answer, or the first beside a disagreement that has a
-    name; else the last."""
+    """Yield what each stage finds: the answer is the first that is final or beside a disagreement and passes the gates;
+    else the first that is final, or the last. After effects that the gates refuse, elements may explain all."""
     library = explain(search, base, 1, search.table.beam)
     if not library.best.adequate and library.best.worst_G < search.table.G:  # chance alone says that it is not all
         library = _search_deeper(search, library)
@@ -88,6 +88,8 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, MOST_ELEMENTS)
     if not library.best.adequate or elements.best.score >= library.best.score:
         yield elements
+    if library.is_final or elements.is_final:
+        return
     beside = explain_beside(search, library)
     if not beside.best.beside:
         yield beside

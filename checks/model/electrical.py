@@ -13,12 +13,12 @@ PICKUP_TO_HZ = 100e3  # a derivative without an end has no path in time; far abo
 
 @dataclass(frozen=True)
 class Electrical:
-    """gain: volts on the stacks per volt of Va; ga [N/V] force pair on the actuator stacks per volt on them;
-    gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its bandwidth, infinite for none;
-    highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's output into Vs, pickup [s] of
-    its derivative, by a return wire that both share; tau [s] delay;
-    second_order, charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass
-    of second order, off at an infinite corner and at one of zero."""
+    """Converters, amplifier and sensor circuit. gain: volts on the stacks per volt of Va; ga [N/V] force pair on the
+    actuator stacks per volt on them; gs [V/m] sensor voltage per elongation of the sensor stack; amplifier_Hz: its
+    bandwidth, infinite for none; highpass_Hz: of the sensor stack and its resistor; crosstalk [V/V] of the amplifier's
+    output into Vs, pickup [s] of its derivative, by a return wire that both share; tau [s] delay; second_order,
+    charge_highpass: corner [Hz] and damping ratio of an amplifier and of a charge amplifier's high-pass of second
+    order, off at an infinite corner and at one of zero."""
 
     gain: float
     ga: float

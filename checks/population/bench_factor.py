@@ -34,7 +34,7 @@ NARROW = 0.02  # of f, over which the scatter from unit to unit is averaged
 
 @dataclass(frozen=True, eq=False)
 class BenchFactor:
-    """learned: the factor; weights (n, F, C) of each unit."""
+    """The factor of a bench on its responses. learned: the factor; weights (n, F, C) of each unit."""
 
     learned: LearnedBench
     weights: Array

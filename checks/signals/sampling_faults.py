@@ -51,11 +51,12 @@ JITTER_SHARE = 0.1  # of the residual: below, jitter does not matter
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """Channels of a record, the drive first, and the part of the others that the drive does not explain."""
+    """Channels of a record, the drive first, the blocks of the others and the part that the drive does not explain."""
 
     record: Record
     drive: str
     part: DrivePart
+    whole: dict[str, Complex]
     left: dict[str, Complex]
     found: dict[str, Array] = field(default_factory=dict)  # prediction errors, by channel
 
@@ -99,7 +100,8 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     moving = [c for c in outputs if np.ptp(record[c]) > 0.0]
     if part is None or not moving:
         return ()
-    look = _Look(record, drive, part, {c: part.left(record[c]) for c in moving})
+    whole = {c: blocks(record[c][: part.n]) for c in moving}
+    look = _Look(record, drive, part, whole, {c: part.off(X) for c, X in whole.items()})
     return _clock_faults(look) or _loss_faults(look) or _jitter(look)
 
 
@@ -221,7 +223,7 @@ def _disturbance_faults(look: _Look, cut: Mapping[str, int], near: slice) -> tup
 def _unexplained_share(look: _Look, channel: str) -> float:
     """Return the share of a channel's power that the drive does not explain, over half of the blocks that have
     power."""
-    size = power(blocks(look.record[channel][: look.part.n]))
+    size = power(look.whole[channel])
     strong = size >= np.quantile(size, 0.8)
     return float(np.median(power(look.left[channel])[strong] / size[strong])) * SHARE
 

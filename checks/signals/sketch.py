@@ -19,8 +19,10 @@ of a third of its own added, rounded as coarsely, filtered, interpolated or thin
 
 import base64
 import hashlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +55,8 @@ NEAR = 8  # samples to either side of a peak of the noise
 WINDOW = 16  # samples to either side whose signs are hashed
 STRIDES = (1, 2, 3)
 COMMON_NOISE = 8
+PROBES = 8  # of the 64 samples that are compared first
+PROBED = PROBES - (SAMPLES - AGREE)  # of them agree if 61 of all do
 
 Hashes = NDArray[np.uint32]  # of swings
 NO_HASHES: Hashes = np.zeros(0, dtype="<u4")
@@ -174,6 +178,49 @@ class Sketch:
     def hash_sets(self) -> tuple[frozenset[int], ...]:
         """Return the hashes of its swings, of those of either half, and of its noise by stride."""
         return tuple(frozenset(one.tolist()) for one in (self.swings, *self.halves, *self.noise))
+
+
+class Sketches:
+    """The sketches of a unit, which are compared with those of many others: what tells most pairs apart is computed for
+    all of them at once."""
+
+    def __init__(self, sketches: Sequence[Sketch]) -> None:
+        self.all = sketches
+        hashed = [np.concatenate([s.swings, *s.halves, *s.noise]) for s in sketches] or [NO_HASHES]
+        order = np.argsort(hashes := np.concatenate(hashed))
+        self.hashes, self.owner = hashes[order], np.repeat(np.arange(len(hashed)), [*map(len, hashed)])[order]
+        self.known: WeakKeyDictionary[Sketches, list[tuple[int, int]]] = WeakKeyDictionary()
+        at = np.linspace(0, SAMPLES - 1, PROBES).astype(int)
+        none = np.full(PROBES, np.nan)
+        self.values = np.array([s.values[at] if s.values.size else none for s in sketches]).reshape(-1, PROBES)
+        with np.errstate(invalid="ignore"):  # equal values, as no program writes them
+            self.normal = np.abs([s.normal[at] if s.values.size else none for s in sketches]).reshape(-1, PROBES)
+
+    def same(self, others: "Sketches") -> list[tuple[int, int]]:
+        """Return the places of all pairs that are the same as `Sketch.same` says."""
+        if others not in self.known:
+            pairs = {*self._of_common_hashes(others), *self._of_near_samples(others)}
+            self.known[others] = sorted((n, m) for n, m in pairs if self.all[n].same(others.all[m]))
+        return self.known[others]
+
+    def _of_common_hashes(self, others: "Sketches") -> Iterator[tuple[int, int]]:
+        """Yield the pairs with so many hashes in common that swings or noise may be the same."""
+        first = np.searchsorted(self.hashes, others.hashes)
+        times = np.searchsorted(self.hashes, others.hashes, "right") - first  # that each hash is one of ours
+        before = np.cumsum(times) - times
+        ours = self.owner[np.arange(times.sum()) + np.repeat(first - before, times)]
+        count = np.bincount(ours * len(others.all) + np.repeat(others.owner, times))
+        yield from (divmod(int(pair), len(others.all)) for pair in np.flatnonzero(count >= COMMON_NOISE))
+
+    def _of_near_samples(self, others: "Sketches") -> Iterator[tuple[int, int]]:
+        """Yield the pairs with the same levels, or samples so near, with either sign, that they may be the same."""
+        one, two = self.values[:, None], others.values
+        near = np.abs(one - two) <= 10.0 ** (1 - DIGITS) * np.maximum(np.abs(one), np.abs(two))
+        near |= np.abs(self.normal[:, None] - others.normal) <= WITHIN
+        levels = {s.levels for s in self.all if s.levels} & {s.levels for s in others.all}
+        alike = ([s.levels in levels for s in each.all] for each in (self, others))
+        found = (np.count_nonzero(near, axis=2) >= PROBED) | np.logical_and.outer(*alike)
+        yield from ((int(n), int(m)) for n, m in zip(*np.nonzero(found), strict=True))
 
 
 def _share(one: frozenset[int], other: frozenset[int]) -> bool:

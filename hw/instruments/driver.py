@@ -61,8 +61,8 @@ class Trial:
 
 @dataclass(frozen=True)
 class Driver:
-    """names: as `driver` in a bench file. open: (name in the bench file, entry, ask a person) -> instrument; the port
-    is opened by its first use; raises SettingsError. trials: for its commissioning."""
+    """A driver of instruments. names: as `driver` in a bench file. open: (name in the bench file, entry, ask a person)
+    -> instrument; the port is opened by its first use; raises SettingsError. trials: for its commissioning."""
 
     names: tuple[str, ...]
     open: Opener

@@ -26,7 +26,8 @@ ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNO
 
 
 class Found(NamedTuple):
-    """place: port, address or VISA name; found: in words; entry: proposed for the bench file; may be empty."""
+    """A place where an instrument may be. place: port, address or VISA name; found: in words; entry: proposed for the
+    bench file; may be empty."""
 
     place: str
     found: str

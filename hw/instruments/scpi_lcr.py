@@ -47,8 +47,8 @@ class MeterSetting:
 
 @dataclass(frozen=True)
 class Profile:
-    """models: of `*IDN?`. settings: by name, in their order. measure: its answer is C, D and, with a status, 0. errors:
-    whether `SYST:ERR?` is asked. blind: no page of a manual was at hand."""
+    """The dialect of a family of meters. models: of `*IDN?`. settings: by name, in their order. measure: its answer is
+    C, D and, with a status, 0. errors: whether `SYST:ERR?` is asked. blind: no page of a manual was at hand."""
 
     models: str
     settings: Mapping[str, MeterSetting]

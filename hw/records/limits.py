@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ReadLimits:
-    """max_bytes: of the file; max_samples: of all channels together, time included; min_samples: of each channel.
+    """Largest and smallest record that is read. max_bytes: of the file; max_samples: of all channels together, time
+    included; min_samples: of each channel.
 
     A bench record is some 20 MB with 2e6 samples; half a gigabyte and 4e7 samples are twenty times that. As numbers 4e7
     samples fill 0.32 GB, of which an analysis makes up to ten more: the limit of a worker. Below 16 samples no check

@@ -11,50 +11,7 @@ from hw.simulated.server import Server
 from hw.simulated.world import BenchSetup, Sources, Stage, StageFile
 
 BENCH_FILE, STAGE_FILE = "bench.toml", "stage.json"
-BENCH = """# Written by `accept simulate bench`: simulated instruments on pseudo-terminals, valid while it runs.
-# The certificates and dates are invented, as the instruments are.
-name = "simulated bench"
-stage = "{stage}"
-
-[instruments.gauge]
-driver = "millimar"
-measures = ["stroke"]
-model = "C1216"
-serial = "SIM-GAUGE"
-link = {{ port = "{folder}/gauge", baud = 4800, data_bits = 7, parity = "even", stop_bits = 2, handshake = "none" }}
-settings = {{ protocol = "OPTORSD", unit = "um", formula = "+1", range_mm = [-1.0, 1.0], timeout_s = {timeout} }}
-calibration = {{ certificate = "SIM-1", due = {due} }}
-
-[instruments.lcr]
-driver = "lcr800"
-measures = ["capacitance"]
-model = "LCR-819"
-serial = "SIM-LCR"
-link = {{ port = "{folder}/lcr", baud = 38400, data_bits = 8, parity = "none", stop_bits = 1, handshake = "none" }}
-settings = {{ timeout_s = {timeout} }}
-accuracy = {{ U_percent = 0.2, source = "LCR-819 at 1 kHz, slow (k = 2)" }}
-calibration = {{ certificate = "SIM-2", due = {due} }}
-
-[instruments.probe]
-driver = "nd287"
-measures = ["flatness"]
-model = "ND 287"
-serial = "SIM-PROBE"
-calibration = {{ certificate = "SIM-3", due = {due} }}
-link = {{ port = "{folder}/probe", baud = 9600, data_bits = 7, parity = "even", stop_bits = 2, handshake = "none" }}
-[instruments.probe.settings]
-range_mm = [-1.0, 1.0]
-agreement_um = 1.0
-axis = "single"
-identification = "ND-287"
-timeout_s = {timeout}
-
-[instruments.scale]
-driver = "offline"
-measures = ["stiffness"]
-serial = "SIM-SCALE"
-calibration = {{ certificate = "SIM-4", due = {due} }}
-"""
+BENCH = Path(__file__).parent / "bench.toml.txt"  # with words in braces; {{ is a brace
 
 
 class SimulatedBench:
@@ -88,7 +45,9 @@ class SimulatedBench:
         for server in self.servers.values():
             self._running.enter_context(server)
         self.stage.write(Stage(probe=1, leads="sensor", stacks="one_stack"))  # so that each has something to measure
-        text = BENCH.format(folder=self.folder, stage=self.stage.path, timeout=self._timeout_s, due="2099-12-31")
+        text = BENCH.read_text(encoding="utf-8").format(
+            folder=self.folder, stage=self.stage.path, timeout=self._timeout_s, due="2099-12-31"
+        )
         self.bench_file.write_text(text, encoding="utf-8")
         return self
 

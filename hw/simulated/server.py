@@ -40,8 +40,8 @@ OF_THE_LINE = {
 
 @dataclass(frozen=True)
 class LineFault:
-    """after: replies before it strikes. at: position in the reply. seconds: duration, for some kinds. seed: of the
-    damage."""
+    """A fault of the line. after: replies before it strikes. at: position in the reply. seconds: duration, for some
+    kinds. seed: of the damage."""
 
     kind: FaultKind
     after: int = 0

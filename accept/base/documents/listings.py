@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from accept.base.documents.document import Document, Number
+from accept.base.documents.document import Document, Number, only_if
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class FaultListed(Document):
 
 @dataclass(frozen=True)
 class FaultList(Document):
-    """What can be wrong with a simulated unit."""
+    """Faults that a simulated unit can have."""
 
     faults: tuple[FaultListed, ...]
 
@@ -210,7 +210,7 @@ class BenchListing(Document):
 
 @dataclass(frozen=True)
 class InstrumentAsked(Document):
-    """What an instrument answered."""
+    """The answer of an instrument."""
 
     name: str
     model: Annotated[str | None, "as it says itself"]
@@ -300,6 +300,7 @@ class EvidenceFolder(Document):
     units: tuple[str, ...]
     files: Annotated[Mapping[str, str], "sha256 of each file of the folder, by name"]
     missing: Annotated[tuple[str, ...], "what was not there when it was made"]
+    signature: Annotated[str, only_if(bool), "by the bench's key, over all the other keys"] = ""
 
 
 @dataclass(frozen=True)

@@ -36,9 +36,11 @@ class LaboratoryFile(Strict):
         if scheme is None:
             return None
         try:
-            fields = [name for _, name, _, _ in Formatter().parse(scheme) if name is not None]
-            scheme.format(serial="A", attempt=1, year=2026)
-        except (KeyError, IndexError, ValueError) as e:
+            parsed = [each for each in Formatter().parse(scheme) if each[1] is not None]
+            fields = [name for _, name, _, _ in parsed]
+            if {*fields} - {"serial", "attempt", "year"} or any(how or also for *_, how, also in parsed):
+                raise ValueError  # a format could make it of any length
+        except ValueError as e:
             raise ValueError(f"'{scheme}': expected text with {{serial}}, {{attempt}} and, if wanted, {{year}}") from e
         between = re.search(r"\{serial\}(.*)\{attempt\}|\{attempt\}(.*)\{serial\}", scheme)
         if len(set(fields)) < len(fields) or between is None or not re.search(r"[^A-Za-z0-9._{}-]", between.group(0)):

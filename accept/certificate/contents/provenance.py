@@ -118,7 +118,7 @@ class Stopped(Part):
 
 @dataclass(frozen=True)
 class Earlier(Part):
-    """How the attempts before ended: how many with which verdict, and the last that was not accepted."""
+    """The ends of the attempts before: how many with which verdict, and the last that was not accepted."""
 
     verdicts: Mapping[_End, Annotated[int, Field(gt=0)]]
     not_accepted: Stopped | None
@@ -148,10 +148,10 @@ class Head(Part):
 
 @dataclass(frozen=True)
 class History:
-    """What a certified judgement is to state by its store. judged: its time; numbers: of its attempt; replaced: the
-    judgements that it may replace with their values, in the workflow also the one before its attempt. checks: of its
-    spec. bench: one of the bench's statements of itself until the signature; numbered: numbers by its scheme then, ""
-    without one."""
+    """The statements that a store expects of a certified judgement. judged: its time; numbers: of its attempt;
+    replaced: the judgements that it may replace with their values, in the workflow also the one before its attempt.
+    checks: of its spec. bench: one of the bench's statements of itself until the signature; numbered: numbers by its
+    scheme then, "" without one."""
 
     judged: str
     reason: str | None

@@ -36,7 +36,7 @@ COMPARED = ("Store", "Bench")  # rows that a program compares and no reader need
 _HASH = re.compile(r"(?<=sha256 )([0-9a-f]{12})[0-9a-f]{52}")
 _JPEG = b"\xff\xd8"  # how such a file begins
 _PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
-_FINDING_WIDTHS = [w * mm for w in (36, 36, 30, 30, 13, 16, 21)]
+_FINDING_WIDTHS = [w * mm for w in (41, 35, 30, 26, 13, 16, 21)]
 _HEADS = 2  # rows of the table of findings above the first one
 _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
@@ -138,12 +138,13 @@ def information(contents: CertificateContent) -> list[Flowable]:
 def budgets(contents: CertificateContent) -> list[Flowable]:
     """Return the uncertainty budget of each finding: standard uncertainties, type A from scatter, type B stated
     ([JCGM100])."""
-    lines = [
+    by_finding = (
         f"{label_of(f['quantity'])}: "
-        + "; ".join(f"{c['source']} {c['u']:.2g} {f['unit']} ({c['kind']})" for c in f["budget"])
+        + "; ".join(f"{c['source']}, u = {c['u']:.2g}\u00a0{f['unit']}\u00a0({c['kind']})" for c in f["budget"])
         for f in contents.result["findings"]
         if f.get("budget")
-    ]
+    )
+    lines = [line.replace(" = ", "\u00a0=\u00a0") for line in by_finding]  # no line ends within `k = 2`
     if not lines:
         return []
     head = words("Uncertainty budgets (standard uncertainties; A from scatter, B stated)", page_style.HEADING)

@@ -1,6 +1,7 @@
 """A certificate's content as an unsigned PDF. Equal contents give equal bytes."""
 
 import io
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -51,8 +52,8 @@ def render(contents: CertificateContent) -> bytes:
     shown = body.pictures(contents)  # behind everything else: they take no room from the findings
     columns = 2 if len(panels) in (1, 2, 4) else 3
     rows = [panels[start : start + columns] for start in range(0, len(panels), columns)]
-    height = _row_height(_height(above), _height(below), len(rows))
-    figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row in rows]
+    heights = _row_heights(_height(above), _height(below), len(rows))
+    figures = [FigureRow(row, height, columns, _SPACE_ABOVE) for row, height in zip(rows, heights, strict=True)]
     text = _build(contents, [*above, *figures, *below, *shown])
     fields = fixed_parts.field_rectangles()
     return assemble(text, contents.attachments(), fields, _title(contents), fixed_parts.open_fields())
@@ -62,9 +63,7 @@ def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
     buffer = io.BytesIO()
     document = BaseDocTemplate(buffer, pagesize=(page_style.WIDTH, page_style.HEIGHT), invariant=1, pageCompression=1)
     first = PageTemplate("first", [_frame(_first_frame())], onPage=lambda c, _: fixed_parts.first_page(c, contents))
-    bottom = page_style.MARGIN + page_style.FOOTER
-    height = page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
-    later = PageTemplate("later", [_frame((bottom, height))], onPage=lambda c, _: fixed_parts.later_page(c, contents))
+    later = PageTemplate("later", [_frame(_later_frame())], onPage=lambda c, _: fixed_parts.later_page(c, contents))
     first.autoNextPageTemplate = "later"
     document.addPageTemplates([first, later])
     document.build(flowables, canvasmaker=type("_C", (_Canvas,), {"contents": contents}))
@@ -74,6 +73,11 @@ def _build(contents: CertificateContent, flowables: list[Flowable]) -> bytes:
 def _first_frame() -> tuple[float, float]:
     bottom = page_style.MARGIN + page_style.FOOTER + page_style.BAND
     return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.HEADER - bottom
+
+
+def _later_frame() -> tuple[float, float]:
+    bottom = page_style.MARGIN + page_style.FOOTER
+    return bottom, page_style.HEIGHT - page_style.MARGIN - page_style.RUNNING_HEAD - bottom
 
 
 def _frame(place: tuple[float, float]) -> Frame:
@@ -89,15 +93,20 @@ def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
     return explanation(result)
 
 
-def _row_height(above: float, below: float, rows: int) -> float:
-    """Return the height [mm] of a row of panels between text of these heights [pt]. All rows go on the first page if
-    they stay legible; otherwise as many legible rows as fill it."""
+def _row_heights(above: float, below: float, rows: int) -> list[float]:
+    """Return the height [mm] of each row of panels between text of these heights [pt]. All rows go on the first page if
+    they stay legible; otherwise as many legible rows as fill it, and the others in equal parts on as few pages as hold
+    them."""
     least, most = _ROW_HEIGHTS
-    free: float = (_first_frame()[1] - above - 1.0) / mm - rows * _SPACE_ABOVE / mm
-    if rows and (free - below / mm) / rows >= least:
-        return float(min((free - below / mm) / rows, most))
-    fitting = min(int(free / least), rows)
-    return min(free / fitting, most) if fitting > 0 else most
+    free, later = ((room - 1.0) / mm for room in (_first_frame()[1] - above, _later_frame()[1]))
+    space = _SPACE_ABOVE / mm
+    if rows and ((free - below / mm) / rows - space) >= least:
+        return [min((free - below / mm) / rows - space, most)] * rows
+    fitting = max(min(int(free / (least + space)), rows), 0)
+    rest = rows - fitting
+    first = [min(free / fitting - space, most)] * fitting if fitting else []
+    on_a_page = math.ceil(rest / math.ceil(rest / int(later / (least + space)))) if rest else 1
+    return first + [min(later / on_a_page - space, most)] * rest
 
 
 def _height(flowables: Sequence[Flowable]) -> float:

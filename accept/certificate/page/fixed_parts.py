@@ -86,10 +86,10 @@ def _across(canvas: Canvas, contents: CertificateContent) -> None:
         return
     canvas.saveState()
     canvas.setFillColor(page_style.ACROSS)
-    canvas.translate(page_style.WIDTH / 2, 0.47 * page_style.HEIGHT)
+    canvas.translate(page_style.WIDTH / 2, 0.5 * page_style.HEIGHT)  # above the boxes, which would hide its beginning
     canvas.rotate(math.degrees(math.atan2(page_style.HEIGHT, page_style.WIDTH)))
     diagonal = math.hypot(page_style.WIDTH, page_style.HEIGHT)
-    canvas.setFont(BOLD, fitting_size(SIMULATED, BOLD, 60, 0.7 * diagonal))
+    canvas.setFont(BOLD, fitting_size(SIMULATED, BOLD, 60, 0.62 * diagonal))
     canvas.drawCentredString(0, -20, SIMULATED)
     canvas.restoreState()
 
@@ -135,7 +135,7 @@ def summary(result: Mapping[str, Any]) -> str:
     words = {"fail": "Outside the limits", "no_result": "No result for", "conditional": "Not decided within U"}[
         deciding
     ]
-    return f"{words}: {', '.join(named) or 'nothing was required'}."
+    return f"{words}: {'; '.join(named) or 'nothing was required'}."
 
 
 def _word(result: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Whether the spec that a unit was judged by is approved: it came with the program, or quality assurance signed it."""
+"""Approval of the spec that a unit was judged by: it came with the program, or quality assurance signed it."""
 
 import re
 import unicodedata

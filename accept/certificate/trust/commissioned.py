@@ -1,5 +1,5 @@
-"""What a result states of the commissioning of an instrument: by whom, with that technician's signature, or why it is
-unproven."""
+"""The statement of a result about the commissioning of an instrument: by whom, with that technician's signature, or why
+it is unproven."""
 
 import base64
 import datetime

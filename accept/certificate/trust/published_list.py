@@ -36,7 +36,7 @@ from specs.files import json_of, read_bounded
 JUDGED, SIGNED, VOIDED = "unit_judged", "certificate_signed", "attempt_voided"
 REVOKED = KeysRevoked.KIND
 _STARTED = "attempt_started"
-_LARGEST = 200_000_000  # bytes of a list: half a million entries
+LARGEST = 200_000_000  # bytes of a list: half a million entries
 LEAST = 24  # bytes of a list for each of its values: an entry has seven, three of them hashes
 _KEYS = {"seq": int, "time": str, "what": str, "unit": str, "content": str, "event": str, "attempt": int}
 
@@ -174,7 +174,7 @@ def publish(
 def read(path: Path) -> list[BenchList]:
     """Return the lists in a file. Raises ListError, OSError."""
     try:
-        raw = read_bounded(path, _LARGEST)
+        raw = read_bounded(path, LARGEST)
         values = sum(map(raw.count, (b"[", b"{", b",")))
         if values > 1000 + len(raw) // LEAST:  # empty lists would fill memory
             raise ListError(f"{path}: has {values} values in {len(raw)} bytes, more than any list of a bench")

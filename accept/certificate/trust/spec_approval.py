@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,13 @@ from accept.certificate.trust.authority import QA
 from accept.certificate.trust.keys import Credential, KeysError
 from accept.certificate.trust.revocation import Revoked
 from accept.models.evidence import evidence_of, named_models
+from accept.store import Store
+from accept.store.payloads import SpecApproved
 from specs.errors import AcceptError
 from specs.files import json_of, read_bounded
 from specs.spec import Spec, builtin, load
+
+EVER = datetime.min.replace(tzinfo=UTC)
 
 
 def approve(spec: Spec, credential: Credential, when: datetime) -> dict[str, Any]:
@@ -78,15 +83,28 @@ def approved_at(spec: Spec, home: Path) -> str | None:
     return stated.get("time")
 
 
-def approvals(home: Path, name: str, roots: Sequence[x509.Certificate]) -> list[str]:
-    """Return when quality assurance approved each version of a spec under these authorities, ISO 8601, in order."""
-    found = []
+def approvals(store: Store, home: Path, name: str, roots: Sequence[x509.Certificate]) -> dict[str, dict[str, Any]]:
+    """Return sha256 -> the last approval of each version of a spec by quality assurance, under these authorities: what
+    the store has, and what lies at the bench. A key that was lost approves nothing. Raises StoreError, KeysError."""
+    given = [dict(SpecApproved.of(event).approval) for event in store.events(what=SpecApproved.KIND)]
     for path in _path(home, "").parent.glob("*.json"):
-        with suppress(OSError, ValueError):
-            approval: dict[str, Any] = json_of(read_bounded(path))
-            if approval_problem(approval, name, path.stem, roots, ()) is None:
-                found.append(str(approval["time"]))
-    return sorted(found)
+        with suppress(OSError, ValueError, TypeError):
+            given.append(dict(json_of(read_bounded(path))))
+    lost = [replace(entry, since=EVER) for entry in keys.revoked(home) if entry.compromised]
+    held = [g for g in given if approval_problem(g, name, str(g.get("sha256")), roots, lost) is None]
+    return {str(each["sha256"]): each for each in sorted(held, key=lambda each: str(each["time"]))}
+
+
+def is_approved(
+    store: Store, home: Path, judged_by: str, models: Mapping[str, Mapping[str, str]], roots: Sequence[x509.Certificate]
+) -> bool:
+    """Return whether the spec of an event, `name@sha256`, comes with this program or was approved with these model
+    files. Raises StoreError, KeysError."""
+    name, _, sha256 = judged_by.partition("@")
+    if name in builtin() and load(name).sha256 == sha256:
+        return True
+    approval = approvals(store, home, name, roots).get(sha256)
+    return approval is not None and uncovered(approval, models) is None
 
 
 def _path(home: Path, sha256: str) -> Path:

@@ -4,7 +4,7 @@ order."""
 
 import hashlib
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from itertools import islice
@@ -24,10 +24,11 @@ from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.trust import keys
+from accept.certificate.trust.approved_spec import NOT_APPROVED
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
 from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there, stored_lists
-from accept.certificate.trust.spec_approval import approvals
+from accept.certificate.trust.spec_approval import approvals, is_approved
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -38,6 +39,7 @@ from accept.judging.reservations import (
     copies_of,
     counted,
     part_doubts,
+    parts_below,
     rereadings,
     standing,
     unconfirmed,
@@ -107,8 +109,8 @@ def check_store(
                 ]
             judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
             path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
-            compared = [*_reserved(store, contents, again, signature, path), *_parts(store, contents)]
-            compared += _newer_spec(contents, signatures[0].when, roots)
+            compared = [*_reserved(store, contents, again, signature, path), *_parts(store, contents, roots)]
+            compared += _newer_spec(store, contents, signatures[0].when, roots)
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
@@ -173,6 +175,7 @@ def _history(
     return [
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *(Step("", remark=words) for words in _unsigned(events, own.seq)),
+        *_put_away(store, contents, own),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *_made_up(store, contents, own),
         *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
@@ -188,6 +191,15 @@ def _unsigned(events: Sequence[Event], judged: float = math.inf) -> Iterator[str
         yield f"quality assurance decided before it was judged: {listed(named)}"
     if told := {quoted(e.by) for e in events if e.what == SerialConfirmed.KIND and SerialConfirmed.of(e).unlike}:
         yield f"its serial, which looks like another, was confirmed by {listed(sorted(told))}"
+
+
+def _put_away(store: Store, contents: CertificateContent, own: Event) -> Iterator[Step]:
+    """Yield that its bench named a laboratory before, whose reports quality assurance releases, and not for this one:
+    who puts its file away needs no release."""
+    told = [e for e in store.events("", BenchStated.KIND) if e.seq < own.seq and BenchStated.of(e).laboratory]
+    mine = [e for e in told if e.data["bench"] == contents.stated.head_bench]
+    if mine and contents.stated.laboratory is None:
+        yield Step("", remark=f"its bench named a laboratory before, last on {mine[-1].time[:10]}")
 
 
 def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:
@@ -210,11 +222,12 @@ def _unread(events: Iterable[Event]) -> list[Step]:
     return [Step(words, of_bench, remark=words if of_bench else "")] if unknown else []
 
 
-def _newer_spec(contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
+def _newer_spec(store: Store, contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
     """Return that quality assurance had approved a newer version of the spec: an approval of before holds still."""
     since = (contents.stated.approval or {}).get("time", "")
-    known = approvals(home(), contents.spec_name, roots) if since else []
-    newer = [time for time in known if since < time and datetime.fromisoformat(time) < signed]
+    known = approvals(store, home(), contents.spec_name, roots).values() if since else ()
+    times = [str(each["time"]) for each in known]
+    newer = [time for time in times if since < time and datetime.fromisoformat(time) < signed]
     return [Step("", remark=f"a newer version of its spec was approved on {time[:10]}") for time in newer[:1]]
 
 
@@ -391,19 +404,35 @@ def _lacks(words: str, found: Sequence[str]) -> Iterator[Step]:
         yield Step(f"{words}: {'; '.join(found)}", complete=False)
 
 
-def _parts(store: Store, contents: CertificateContent) -> Iterator[Step]:
-    """Yield what the store has of the parts and raises no doubt: what held before the judgement that accepted each."""
-    parts = contents.record.parts
-    for name, part in sorted(parts.items()):
-        events, last = list(counted(store, store.events(part))), store.latest(part, UnitJudged.KIND)
+def _parts(store: Store, contents: CertificateContent, roots: _Authorities) -> Iterator[Step]:
+    """Yield what the store has of the parts, and of theirs, and raises no doubt: what held before the judgement that
+    accepted each, a spec without approval, parts that are left out now."""
+    named = [*map(spelling_key, contents.record.parts.values())]
+    yield from (Step("", remark=f"it {words}") for words in _left_out(store, contents.serial, contents.record.parts))
+    for name, part, within, last in parts_below(store, contents.record):
+        events = list(counted(store, store.events(part)))
         yield from _unread(events)
         said = ["has events here and was never judged"] if events else []
         if last is not None:
             said, ends = [*_unsigned(events, last.seq)], ends_before(fold(events, before=last.seq))
             if ends and ends.not_accepted and last.data["result"]["verdict"] == UnitVerdict.ACCEPTED:
                 said.append(ends.not_accepted.words)
+            if not is_approved(store, home(), last.spec, UnitJudged.of(last).result.models, roots):
+                by = quoted(last.spec.partition("@")[0])
+                said.append(f"was {last.data['result']['verdict']} by {by}, {NOT_APPROVED}")
+            said += _left_out(store, part, UnitJudged.of(last).result.parts)
         said += map(_decided_words, _decided(standing(store, part, {}).decided))
-        said += ["stands in two places"] if [*map(spelling_key, parts.values())].count(spelling_key(part)) > 1 else []
-        others = [quoted(one) for one in store.naming(part) if one != contents.serial]
+        said += ["stands in two places"] if named.count(spelling_key(part)) > 1 else []
+        others = [quoted(one) for one in store.naming(part) if one != within[-1]]
         said += [f"has stood in {listed(others)}"] if others else []
         yield from (Step("", remark=f"{quoted(f'{name} {part}')}: {words}") for words in said)
+
+
+def _left_out(store: Store, serial: str, parts: Mapping[str, str]) -> list[str]:
+    """Return that a unit was judged with parts before, in whose places it names none: what speaks against them would
+    speak against it."""
+    void, before = voids(store, serial), dict[str, str]()
+    for event in store.events(serial, UnitJudged.KIND):
+        before |= {} if event.seq in void else UnitJudged.of(event).result.parts
+    gone = [quoted(f"{place} {part}") for place, part in sorted(before.items()) if place not in parts]
+    return [f"was judged with {listed(gone)} before and names nothing in the place now"] if gone else []

@@ -1,5 +1,5 @@
-"""What a verification asks of the bench, each by one function, so that it needs neither its units nor its judging, its
-pages or its store. `accept.certificate.verify.rejudge` hands them over."""
+"""The services of the bench for a verification, each one function, so that it needs neither its units nor its judging,
+its pages or its store. `accept.certificate.verify.rejudge` hands them over."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass

@@ -209,7 +209,8 @@ def golden_charts(
     table = pd.DataFrame([{name: d[name] for name in shown} | {"alarms": len(d["alarms"])} for d in documents])
     return Answer(
         rows(table, "golden units, repeatability of their own comparisons (1 sd)", {"repeatability": "{:.2g}"}),
-        *(alarm["words"] for d in documents for alarm in d["alarms"]),
+        *(f"{'' if alarm['rings'] else 'to be watched: '}{alarm['words']}" for d in documents for alarm in d["alarms"]),
+        *(Remark(f"{d['quantity']}: {d['findable']}") for d in documents),
         *(Remark(f"{d['golden']}, {d['quantity']}: {words}") for d in documents for words in d["cautions"]),
         rows(doubted, f"{doubted['serial'].nunique()} units judged since the last good day") if rings else None,
         *files(outputs, doubted, documents),
@@ -243,7 +244,7 @@ def golden_check(
         found = check_goldens(store, since, who_acts(operator))
         charts = golden_chart.golden_trends(store)
     lines = (
-        f"{each.serial}: not judged in the last {hours:g} hours" if not each.measured
+        f"{each.serial}: not measured in the last {hours:g} hours" if not (each.measured or each.problems)
         else f"{each.serial}: {'; '.join(each.problems) or f'as before ({each.expected})'}"
         for each in found
     )  # fmt: skip

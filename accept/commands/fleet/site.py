@@ -31,5 +31,6 @@ def run(
         content = document(store, curves(panels), out.resolve(), last, day(since), day(until, last=True))
     write_site(out, content)
     shown, of = len(content["judgements"]), content["of"]
-    count = f"the last {shown} of {of}" if shown < of else shown
+    last_ones = "" if since or until else "the last "
+    count = f"{last_ones}{shown} of {of}" if shown < of else shown
     return Answer(Remark(f"{count} judgements: open {out / 'index.html'}"))

@@ -77,7 +77,8 @@ def trend(
 
 
 def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
-    yield from (f"{each.name}: {alarm['words']}" for alarm in document["alarms"])
+    for alarm in document["alarms"]:
+        yield f"{each.name}: {'' if alarm['rings'] else 'to be watched: '}{alarm['words']}"
     yield from (Remark(f"{each.name}: {words}") for words in each.why)
     doubts = each.rows[trends.DOUBT].value_counts(sort=False).drop("", errors="ignore")
     yield from (
@@ -85,6 +86,12 @@ def _lines(each: trends.Trend, document: Mapping[str, Any]) -> Iterator[str]:
     )
     if each.chart is not None:
         yield Remark(f"{each.name}: {_basis(each, each.chart.baseline)}")
+        if None not in each.findable:
+            own, ring = (f"{size:.2g} {each.unit}" for size in each.findable)
+            yield Remark(
+                f"{each.name}: a shift of half of these units is found in nine of ten such charts from {own} on, and "
+                f"rings from {ring} on: that is as rare for all charts of a page, what is to be watched for this one"
+            )
 
 
 def _within(days: str, choice: JudgementFilter) -> JudgementFilter:
@@ -137,8 +144,8 @@ def _basis(each: trends.Trend, base: Baseline) -> str:
         who = shown_name(stored.who, stored.stated.typed)
         by = f"set by {who}, {stored.problem}" if stored.problem else f"set and signed by {who}"
         of = f"the baseline {stored.stated.since} to {stored.stated.until}, {by}"
-    scale = f", on the scale of the {each.scale}, on which they are normal" if each.scale else ""
+    scale = f", on the scale of the {each.scale}, on which they are most nearly normal" if each.scale else ""
     return (
         f"compared with {of} ({base.n} units{left_out}){scale}; "
-        f"{100.0 * each.false_alarms:.1f} % of such charts ring in a process in control"
+        f"{100.0 * each.false_alarms:.1f} % of such charts have such an alarm in a process in control"
     )

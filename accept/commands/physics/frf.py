@@ -40,7 +40,7 @@ from specs.bench import ChannelSource, load_bench
 
 @dataclass(frozen=True)
 class SourceOptions:
-    """How the channels of the files are called, and their time."""
+    """Names of the channels in the files, and their time."""
 
     input: Annotated[
         str | None, Option(help="Channel that drives; all others are outputs. Default: Va, of a hammer Track1.")
@@ -91,7 +91,7 @@ class ResponseOptions:
 
 @dataclass(frozen=True)
 class FrfOutputs:
-    """What to write."""
+    """The files to write."""
 
     json: Json = None
     csv: Csv = None

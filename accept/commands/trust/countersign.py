@@ -83,8 +83,8 @@ def _credential(passphrase_file: Path | None, because: str, tsa: str | None) -> 
 def _many(
     certificates: Sequence[Path], passphrase_file: Path | None, records: Path | None, tsa: str | None, known: int
 ) -> Answer:
-    """Show each certificate verified, ask for the passphrase once, and countersign those that are valid and of accepted
-    units. The others are left as they are and named: each needs a look of its own."""
+    """Show each certificate verified, ask for the passphrase once, and countersign those that are valid without a
+    remark and of accepted units. The others are left as they are and named: each needs a look of its own."""
     wait = dict[Path, tuple[bytes, Verification]]()
     left, total = list[str](), 0
     for path, content, found in verified(certificates, verifier(VerifyOptions(records=records))):
@@ -96,6 +96,8 @@ def _many(
             left.append(f"{one_line(str(path))}: it is countersigned already")
         elif found.verdict != UnitVerdict.ACCEPTED or found.nonconformances:
             left.append(f"{one_line(str(path))}: {found.verdict}; countersign it alone, with a disposition")
+        elif found.remarks:  # the first line is not what a table of many is read for
+            left.append(f"{one_line(str(path))}: {'; '.join(found.remarks)}; countersign it alone")
         else:
             wait[path] = content, found
     signed, by = 0, ""

@@ -25,7 +25,7 @@ from accept.certificate import (
     trusted_lists,
     verify_certificate,
 )
-from accept.certificate.evidence import AUTHORITY, LIST, SUPERSEDED, differences, evidence_in
+from accept.certificate.evidence import AUTHORITY, EVIDENCE, LIST, SUPERSEDED, differences, evidence_in, is_signed
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.revocation import beside
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
@@ -80,7 +80,7 @@ def run(
         verify = verifier(options if package is None else _trusting(options, certificates[0]))
         looked_at = verified(certificates, verify)
         found = [(path, report, _unmet_requirements(report, required, wanted_spec)) for path, _, report in looked_at]
-        lines, exit = ([], Exit.ACCEPTED) if package is None else _state(certificates[0], package)
+        lines, exit = ([], Exit.ACCEPTED) if package is None else _state(certificates[0], package, options)
         return _of_many(found, json, certificates[0] / SUPERSEDED if package else None, lines, exit)
     with busy(f"{certificates[0].name}: judging again"):
         report = verifier(options)(read_certificate(certificates[0]))
@@ -103,19 +103,31 @@ def _trusting(options: VerifyOptions, folder: Path) -> VerifyOptions:
         options,
         trust=options.trust or ([own] if own.is_file() and not keys.exist(home()) else None),
         log=options.log or ([listed] if listed.is_file() else None),
-        tsa_trust=options.tsa_trust or sorted(folder.glob("tsa*.pem")) or None,
+        tsa_trust=options.tsa_trust or ([] if keys.exist(home()) else sorted(folder.glob("tsa*.pem"))) or None,
     )
 
 
-def _state(folder: Path, stated: EvidenceFolder) -> tuple[list[str], Exit]:
+def _trusted(options: VerifyOptions) -> list[Path]:
+    return options.trust or [keys.folder(home() / DEMO if options.demo else home()) / AUTHORITY]
+
+
+def _state(folder: Path, stated: EvidenceFolder, options: VerifyOptions) -> tuple[list[str], Exit]:
     """Return what is wrong with a folder of `accept evidence`, what it lacks, and whose authority it brings."""
-    wrong, own = list(differences(folder, stated)), folder / AUTHORITY
-    lines = [*wrong, *(f"missing since it was made: {words}" for words in stated.missing)]
+    wrong, own, listed = list(differences(folder, stated)), folder / AUTHORITY, folder / LIST
+    lacking = [f"missing since it was made: {words}" for words in stated.missing]
+    if not stated.signature:
+        lacking.append(f"{EVIDENCE}: no bench signed it; only the certificates and {LIST} are proven")
+    else:
+        roots = [keys.certificate_of(path) for path in _trusted(_trusting(options, folder))]
+        lists = trusted_lists([listed], roots) if listed.is_file() else ()
+        if not is_signed(stated, [one.bench for one in lists]):
+            wrong.append(f"{EVIDENCE}: was changed after the bench signed it")
+    lines = [*wrong, *lacking]
     if own.is_file():
         digest = authority.fingerprint(keys.certificate_of(own))
         where = "compare it with one that the laboratory gave you in another way"
         lines.append(f"authority in this folder: sha256 {digest}; {where}")
-    return lines, Exit.REJECTED if wrong else Exit.INCOMPLETE if stated.missing else Exit.ACCEPTED
+    return lines, Exit.REJECTED if wrong else Exit.INCOMPLETE if lacking else Exit.ACCEPTED
 
 
 def verified(
@@ -218,7 +230,7 @@ def verifier(options: VerifyOptions) -> Callable[[bytes], Verification]:
     if not options.trust and not keys.exist(place):
         words = f"no trusted CA: no keys found in {place}; name a CA certificate with --trust"
         return lambda _: Verification(Validity.NOT_VALID, words)
-    paths = options.trust or [keys.folder(place) / f"{keys.CA}.pem"]
+    paths = _trusted(options)
     trust = [keys.certificate_of(path) for path in paths]
     judge = rejudge_demo if options.demo else rejudge
     stamping = [keys.certificate_of(path) for path in options.tsa_trust or ()] or keys.stamping_roots(place)

@@ -10,7 +10,7 @@ from accept.commands.options import BenchPath, Operator, TimeStamping
 
 @dataclass(frozen=True)
 class JudgingOptions:
-    """How units are judged and signed."""
+    """Options of judging and signing units."""
 
     operator: Operator = None
     bench: BenchPath = None

@@ -100,7 +100,8 @@ def features(bench: LearnedBench) -> list[Feature]:
 
 
 def median_gaps(found: Population) -> dict[str, tuple[float, float]]:
-    """Return by channel the median G of the units that belong, without the bench and as the others predict it."""
+    """Return by channel the median G over the units that belong to the batch: without the learned bench, and with the
+    bench and the values that the other units predict."""
     belong = [j for j in found.judged if j.belongs]
     channels = dict.fromkeys(c for j in belong for c in j.G_left_out)
     return {

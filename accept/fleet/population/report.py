@@ -1,4 +1,4 @@
-"""What `accept model learn` writes: the batch as a model file, for scripts (JSON) and for people (PDF)."""
+"""The files that `accept model learn` writes: the batch as a model file, for scripts (JSON) and for people (PDF)."""
 
 import io
 from collections.abc import Sequence

@@ -23,7 +23,7 @@ from checks.arrays import Array
 
 LEAST = 8  # values below which limits are not worth drawing
 FALSE_ALARM = 0.02  # chance that a chart of a process in control rings anywhere
-OF_ONE_VALUE = 0.005  # of it, after a baseline: a single value is seldom just beyond its limits, a drift often is
+OF_ONE_VALUE = 0.25  # share of a chance, after a baseline: a value is seldom just beyond its limits, a drift often is
 GROSS_SIGMAS = 5.0  # a value so far from the median is no part of the spread of the process
 ALLOWANCE = 0.5  # sigmas that a value may be off without adding to a sum: sees one sigma soonest ([Montgomery] 9.1)
 NEIGHBOURS = 9  # values whose median is the level around one of them
@@ -32,6 +32,7 @@ SHORTEST = 3  # values that a shift must last to be a shift, not single values
 VALUE, SHIFT, DRIFT = "value", "shift", "drift"  # a drift is a shift that a line describes better than steps
 MIXTURE, UNLIKE = "two populations", "unlike"  # `accept.fleet.process_control.reading_quality`
 EQUAL = "equal"  # a run of equal values (`accept.fleet.process_control.equal_runs`)
+OFFSET = "offset"  # of one bench, meter or person against others (`accept.fleet.process_control.offsets`)
 NELSON = {
     1: "one value beyond 3 sigma",
     2: "nine in a row on one side of the mean",
@@ -45,20 +46,28 @@ NELSON = {
 ON_BOTH_SIDES = (EQUAL, MIXTURE, "4", "7", "8")
 _SIMULATED = 1000  # charts in control behind a stated rate: 5 % +- 1.4 %
 _LENGTHS = (10, 20, 50, 100, 200, 500)  # of simulated charts; the rate depends little on it
-# Limit of the sums [sigma] by values of the baseline, then by `_LENGTHS`: what the larger of the two exceeds in
-# `FALSE_ALARM` less `OF_ONE_VALUE` of 40,000 simulated charts in control (known to 2 % from 20 values on).
+# Limit of the sums [sigma] by values of the baseline, then by chance (`_RARER`), then by `_LENGTHS`: what the larger of
+# the two exceeds in `FALSE_ALARM` less `OF_ONE_VALUE` of charts in control, in a tenth and in a hundredth of that; of
+# 40,000 simulated ones, of 1,000,000 for what is rarer (known to 2 % from 20 values on, the rarest to 4 %).
+_RARER = (1.0, 0.1, 0.01)
 _SUMS = {
-    8: (12.7, 20.7, 41.9, 77.7, 147.2, 354.6),
-    10: (10.8, 17.0, 33.1, 59.4, 111.3, 266.2),
-    15: (8.4, 12.3, 21.6, 35.0, 61.2, 134.5),
-    20: (7.3, 10.2, 16.7, 25.1, 39.3, 76.7),
-    30: (6.4, 8.5, 12.3, 16.2, 21.4, 31.5),
-    40: (5.8, 7.6, 10.5, 13.3, 16.1, 20.6),
-    60: (5.5, 7.0, 9.2, 10.9, 12.7, 15.3),
-    100: (5.1, 6.3, 8.0, 9.3, 10.5, 12.3),
-    200: (4.9, 6.0, 7.4, 8.3, 9.3, 10.5),
-    500: (4.7, 5.7, 7.0, 7.9, 8.7, 9.8),
-}
+    8: ((12.7, 20.7, 41.9, 77.7, 147.2, 354.6), (23.2, 39.5, 86.2, 162.1, 312.5, 764.5),
+        (37.4, 65.4, 141.3, 270.8, 522.6, 1301.0)),
+    10: ((10.8, 17.0, 33.1, 59.4, 111.3, 266.2), (18.7, 30.5, 63.9, 118.7, 227.2, 548.7),
+        (28.8, 48.0, 100.8, 191.5, 366.8, 894.0)),
+    15: ((8.4, 12.3, 21.6, 35.0, 61.2, 134.5), (13.5, 21.0, 40.1, 71.1, 131.4, 310.4),
+        (19.4, 31.1, 62.1, 113.4, 209.5, 506.6)),
+    20: ((7.3, 10.2, 16.7, 25.1, 39.3, 76.7), (11.3, 16.8, 30.0, 50.0, 87.9, 202.5),
+        (15.7, 23.9, 44.3, 79.0, 143.7, 338.6)),
+    30: ((6.4, 8.5, 12.3, 16.2, 21.4, 31.5), (9.5, 13.4, 21.1, 31.3, 49.9, 102.7),
+        (12.7, 18.4, 30.9, 50.5, 85.4, 193.6)),
+    40: ((5.8, 7.6, 10.5, 13.3, 16.1, 20.6), (8.6, 11.6, 17.2, 23.5, 33.0, 55.0),
+        (11.2, 15.8, 24.7, 36.6, 58.3, 120.5)),
+    60: ((5.5, 7.0, 9.2, 10.9, 12.7, 15.3), (7.8, 10.2, 13.9, 17.2, 20.8, 26.9), (10.1, 13.5, 19.3, 25.5, 34.2, 52.4)),
+    100: ((5.1, 6.3, 8.0, 9.3, 10.5, 12.3), (7.2, 9.0, 11.6, 13.4, 15.3, 17.7), (9.1, 11.8, 15.6, 18.4, 21.0, 25.2)),
+    200: ((4.9, 6.0, 7.4, 8.3, 9.3, 10.5), (6.7, 8.2, 10.1, 11.4, 12.6, 14.1), (8.4, 10.6, 12.9, 14.8, 16.0, 17.9)),
+    500: ((4.7, 5.7, 7.0, 7.9, 8.7, 9.8), (6.5, 7.9, 9.4, 10.4, 11.3, 12.4), (8.1, 10.0, 12.0, 13.0, 14.0, 15.3)),
+}  # fmt: skip
 # Per mille of charts that ring without any of Nelson's rules, as `simulated_rate` finds it: values of the baseline
 # before them (None: none), then by `_LENGTHS`. To be simulated again if the tests of a chart change.
 _RATES = {
@@ -88,12 +97,13 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Alarm:
-    """A test that raises an alarm. rule: "value", "shift", "drift", "equal", "two populations", "unlike" or a number of
-    `NELSON`; first, last: indices of its values; size: distance of their mean from that of the baseline, or, without
-    one, from the mean before; U: its expanded uncertainty (k = 2). units: number of values that show it, if not all
-    from first to last do; place: what those have in common, ("bench", "B2"), None if unknown; usual: of equal values,
-    how many in a row are no alarm; same: other places of exactly the same values, which these cannot tell apart;
-    evidence: in words, of what a chart does not show."""
+    """A test that raises an alarm. rule: "value", "shift", "drift", "equal", "offset", "two populations", "unlike" or a
+    number of `NELSON`; first, last: indices of its values; size: distance of their mean from that of the baseline, or,
+    without one, from the mean before; U: its expanded uncertainty (k = 2). units: number of values that show it, if not
+    all from first to last do; place: what those have in common, ("bench", "B2"), None if unknown; usual: of equal
+    values, how many in a row are no alarm; same: other places of exactly the same values, which these cannot tell
+    apart; evidence: in words, of what a chart does not show; rings: whether it is as rare as all charts of a page need
+    (`accept.fleet.rings`), not as its own chart alone does."""
 
     rule: str
     first: int
@@ -105,6 +115,7 @@ class Alarm:
     usual: int = 0
     same: tuple[tuple[str, str], ...] = ()
     evidence: str = ""
+    rings: bool = False
 
     @property
     def lasts(self) -> bool:
@@ -119,7 +130,8 @@ class Alarm:
     def document(self, names: Sequence[str]) -> dict[str, Any]:
         """Return what the alarm is as a document. names: of the values."""
         ends = {"first": names[self.first], "last": names[self.last]}
-        return {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
+        of = {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
+        return {**of, "rings": self.rings}
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,26 +166,28 @@ def estimate_baseline(values: Array) -> Baseline:
     return Baseline(float(mean), moving_range_sigma(kept), kept.size, x.size - kept.size)
 
 
-def chart(values: Array, baseline: Baseline | None = None, nelson_rules: Collection[int] = ()) -> Chart:
+def chart(
+    values: Array, baseline: Baseline | None = None, nelson_rules: Collection[int] = (), chance: float = FALSE_ALARM
+) -> Chart:
     """Return the chart of values (N,) in the order of measurement, with its alarms by their first value.
 
     baseline: of values before these; None: estimated from these values, and a shift is then a place where their own
-    mean changes. Raises ValueError for fewer than `LEAST` values without a baseline, for no value, or one that is not
-    finite.
+    mean changes. chance: that values in control ring anywhere, without Nelson's rules. Raises ValueError for fewer than
+    `LEAST` values without a baseline, for no value, or one that is not finite.
     """
     x = finite(values)
     base = baseline or estimate_baseline(x)
-    chance = FALSE_ALARM if baseline is None else OF_ONE_VALUE
-    half = _quantile(x.size, base, chance) * base.U_of_mean(1) / 2.0
+    of_values = chance if baseline is None else OF_ONE_VALUE * chance
+    half = _quantile(x.size, base, of_values) * base.U_of_mean(1) / 2.0
     # A single value is compared with the level around it: many in a row that are far off are a shift.
     local = median_filter(x, NEIGHBOURS, mode="mirror")
     apart = half if baseline is not None else max(half, GROSS_SIGMAS * base.sigma)
     kept = np.flatnonzero(np.abs(x - local) <= apart)
     sums, limit = None, None
     if baseline is None:
-        lasting, level = _changes(x, kept, base)
+        lasting, level = _changes(x, kept, base, chance)
     else:
-        limit = sums_limit(base.n, x.size)
+        limit = sums_limit(base.n, x.size, chance)
         sums = _cumulative_sums(x, kept, base, limit)
         lasting, level = _departures(x, kept, base, sums[kept].max(axis=1) / limit)
     gross = map(int, np.flatnonzero(_distance(x, level) > half))
@@ -198,21 +212,23 @@ def finite(values: Array) -> Array:
     return x
 
 
-def _quantile(tests: int, base: Baseline, chance: float = FALSE_ALARM) -> float:
+def _quantile(tests: int, base: Baseline, chance: float) -> float:
     return most_sigmas(tests, moving_range_degrees(base.n), chance)
 
 
 @cache
-def sums_limit(baseline_n: int, n: int) -> float:
+def sums_limit(baseline_n: int, n: int, chance: float = FALSE_ALARM) -> float:
     """Return the limit of the cumulative sums [sigma] of n values after a baseline of baseline_n.
 
-    The logarithm of `_SUMS` is interpolated in 1 / baseline_n and log(n). Longer charts and shorter baselines are
-    extrapolated, longer baselines take the last row.
+    The logarithm of `_SUMS` is interpolated in 1 / baseline_n, log(chance) and log(n). Longer charts, shorter baselines
+    and smaller chances are extrapolated, longer baselines take the last row.
     """
     over = sorted(1.0 / known for known in _SUMS)
-    table = np.log([_SUMS[round(1.0 / each)] for each in over])
-    at = RegularGridInterpolator((over, np.log(_LENGTHS)), table, bounds_error=False, fill_value=None)
-    return float(np.exp(at([[max(1.0 / baseline_n, over[0]), np.log(max(n, SHORTEST))]]).item()))
+    table = np.log([_SUMS[round(1.0 / each)][::-1] for each in over])
+    axes = over, np.log(_RARER[::-1]), np.log(_LENGTHS)
+    at = RegularGridInterpolator(axes, table, bounds_error=False, fill_value=None)
+    asked = max(1.0 / baseline_n, over[0]), np.log(chance / FALSE_ALARM), np.log(max(n, SHORTEST))
+    return float(np.exp(at([asked]).item()))
 
 
 def _cumulative_sums(x: Array, kept: NDArray[np.intp], base: Baseline, limit: float) -> Array:
@@ -273,14 +289,14 @@ def _departures(x: Array, kept: NDArray[np.intp], base: Baseline, off: Array) ->
     return out, level
 
 
-def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Alarm], Array]:
+def _changes(x: Array, kept: NDArray[np.intp], base: Baseline, chance: float) -> tuple[list[Alarm], Array]:
     """Return the places where the mean of x[kept] changes, and the level (N,) that this gives every value.
 
     The most significant change is sought first, then both parts ([Hawkins]). Its size is that from the part before to
     the part after it. The end of a shift, a return to the level before it, is no change of its own.
     """
     level = np.full_like(x, base.mean)
-    places = _refine(x[kept], _split(x[kept], 0, base), base) if base.sigma > 0.0 else []
+    places = _refine(x[kept], _split(x[kept], 0, base, chance), base, chance) if base.sigma > 0.0 else []
     if not places:
         return [], level
     if drift := _drift(x, kept, base, places):
@@ -291,7 +307,7 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
     level = np.repeat(means, np.diff([0, *kept[places], x.size]))
     alarms, levels = [], [0]  # parts whose level may come back: the one before each shift that lasts
     for part in range(1, len(means)):
-        if (back := _same_level(part, levels[:-1], means, edges, base)) is not None:
+        if (back := _same_level(part, levels[:-1], means, edges, base, chance)) is not None:
             del levels[levels.index(back) + 1 :]
             continue
         before, first, end = edges[part - 1 : part + 2]
@@ -302,10 +318,12 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline) -> tuple[list[Ala
     return alarms, level
 
 
-def _same_level(part: int, earlier: list[int], means: list[float], edges: list[int], base: Baseline) -> int | None:
+def _same_level(
+    part: int, earlier: list[int], means: list[float], edges: list[int], base: Baseline, chance: float
+) -> int | None:
     """Return the last of some earlier parts whose mean does not differ significantly from that of a part, None without
     such a part."""
-    size, significant = np.diff(edges), _quantile(edges[-1], base)
+    size, significant = np.diff(edges), _quantile(edges[-1], base, chance)
     for other in reversed(earlier):
         error = base.sigma * float(np.sqrt(1.0 / size[part] + 1.0 / size[other]))
         if abs(means[part] - means[other]) <= significant * error:
@@ -326,23 +344,23 @@ def _drift(x: Array, kept: NDArray[np.intp], base: Baseline, places: list[int]) 
     return Alarm(DRIFT, int(kept[0]), int(kept[-1]), slope * span, U)
 
 
-def _split(x: Array, offset: int, base: Baseline) -> list[int]:
+def _split(x: Array, offset: int, base: Baseline, chance: float) -> list[int]:
     """Return the indices at which the mean of x (n,) changes, counted from offset."""
     at = best_split(x, SHORTEST)
     if at is None:
         return []
     apart = abs(float(x[at:].mean() - x[:at].mean())) / float(np.sqrt(1.0 / at + 1.0 / (x.size - at)))
-    if apart <= _quantile(x.size - 2 * SHORTEST + 1, base) * base.sigma:
+    if apart <= _quantile(x.size - 2 * SHORTEST + 1, base, chance) * base.sigma:
         return []
-    return [*_split(x[:at], offset, base), offset + at, *_split(x[at:], offset + at, base)]
+    return [*_split(x[:at], offset, base, chance), offset + at, *_split(x[at:], offset + at, base, chance)]
 
 
-def _refine(x: Array, places: list[int], base: Baseline) -> list[int]:
+def _refine(x: Array, places: list[int], base: Baseline, chance: float) -> list[int]:
     """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
     out if it is not significant then: a split of the whole is only approximately at the place that later splits
     show."""
     edges = [0, *places, x.size]
-    significant = _quantile(x.size, base) ** 2 * base.sigma**2
+    significant = _quantile(x.size, base, chance) ** 2 * base.sigma**2
     i = 1
     while i < len(edges) - 1:
         lo, hi = max(0, i - 2), min(len(edges) - 1, i + 2)

@@ -27,17 +27,19 @@ Place = tuple[str, str]  # ("operator", "Ben")
 @dataclass(frozen=True, eq=False)
 class EqualRun:
     """A run. at: indices of its values; place: whose values, None if that is not stated; usual: how many in a row
-    measured values show, but for one chart in 1 / `FALSE_ALARM`."""
+    measured values show, but for one chart in 1 / `FALSE_ALARM`; rings: whether it is too long for a shared chance."""
 
     at: NDArray[np.intp]
     place: Place | None
     usual: int
+    rings: bool = True
 
 
-def equal_runs(values: Array, places: Mapping[str, Labels]) -> list[EqualRun]:
+def equal_runs(values: Array, places: Mapping[str, Labels], shared: float = FALSE_ALARM) -> list[EqualRun]:
     """Return the runs of values (N,) in the order of measurement, no value in two of them, by their first value.
 
-    places: "operator" -> label (N,) of each value, "" if it is not stated; of those the columns `BY` count."""
+    places: "operator" -> label (N,) of each value, "" if it is not stated; of those the columns `BY` count.
+    shared: chance of a run anywhere among measured values that rings."""
     x = np.asarray(values, dtype=float)
     columns = {name: places[name] for name in BY if name in places} or {"": np.full(x.size, "", dtype=object)}
     people = next(iter(columns.values()))
@@ -48,7 +50,9 @@ def equal_runs(values: Array, places: Mapping[str, Labels]) -> list[EqualRun]:
         place = (name, str(label)) if label else None
         # Whose meter has the largest steps decides where several read on one bench.
         p = max(tie[each] for each in set(people[at]))
-        found += [EqualRun(at[run], place, usual) for run, usual in _runs(x[at], p)]
+        usual, rare = (_usual_length(at.size, p, chance) for chance in (FALSE_ALARM, shared))
+        runs = (run for run in _stretches(x[at]) if run.size > usual)
+        found += [EqualRun(at[run], place, usual, run.size > rare) for run in runs]
     chosen, taken = list[EqualRun](), np.zeros(x.size, dtype=bool)
     for run in sorted(found, key=lambda r: -r.at.size):  # of the same values the operator stands first
         if not taken[run.at].any():
@@ -57,24 +61,17 @@ def equal_runs(values: Array, places: Mapping[str, Labels]) -> list[EqualRun]:
     return sorted(chosen, key=lambda r: int(r.at[0]))
 
 
-def _runs(x: Array, p: float) -> list[tuple[NDArray[np.intp], int]]:
-    """Return the indices of each run of x (n,) that is too long for values of which two are equal with chance p, and
-    the length that is not."""
-    usual = _usual_length(x.size, p)
-    return [(run, usual) for run in _stretches(x) if run.size > usual]
-
-
 def _stretches(x: Array) -> Sequence[NDArray[np.intp]]:
     return np.split(np.arange(x.size), np.flatnonzero(np.diff(x)) + 1)
 
 
-def _usual_length(n: int, p: float) -> int:
-    """Return the longest run that n values show but for a chance of `FALSE_ALARM` / 2.
+def _usual_length(n: int, p: float, chance: float = FALSE_ALARM) -> int:
+    """Return the longest run that n values show but for half a chance: people and benches have it together.
 
     n p q^(L - 2) is the expected number of runs of L or more; q, the chance that a run goes on, is that of the most
     frequent value: sqrt(2) p of fine steps, at most sqrt(p) of coarse ones."""
     q = min(np.sqrt(2.0) * p, np.sqrt(p))
-    return int(np.ceil(1.0 + np.log(FALSE_ALARM / 2.0 / (n * p)) / np.log(q)))
+    return int(np.ceil(1.0 + np.log(chance / 2.0 / (n * p)) / np.log(q)))
 
 
 def _tie_chance(x: Array) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from accept.fleet.process_control.control_chart import (
     DRIFT,
+    FALSE_ALARM,
     GROSS_SIGMAS,
     LEAST,
     SHIFT,
@@ -36,23 +37,24 @@ def chart_by_place(
     baseline: Baseline | None = None,
     nelson_rules: Collection[int] = (),
     baselines: Mapping[Place, Baseline] | None = None,
+    chance: float = FALSE_ALARM,
 ) -> Chart:
     """Return the chart of values (N,) as `chart`, each lasting alarm with the place that it is confined to.
 
     places: "bench" -> label (N,) of each value, "" if it is not stated. baselines: those of the places, for values
     after a baseline; without its own, a place is compared with that of all. Raises ValueError as `chart`.
     """
-    whole = now = chart(values, baseline, nelson_rules)
+    whole = now = chart(values, baseline, nelson_rules, chance)
     left, level, named = np.array(values, dtype=float), np.zeros(len(values)), list[Alarm]()
     for _ in range(MOST_CHANGES):
         if not any(alarm.lasts for alarm in now.alarms):
             break
-        found = _confined_alarms(left, places, baseline, baselines or {})
+        found = _confined_alarms(left, places, baseline, baselines or {}, chance)
         if found is None:
             break
         alarms, change = found
         named, left, level = [*named, *alarms], left - change, level + change
-        now = chart(left, baseline, nelson_rules)
+        now = chart(left, baseline, nelson_rules, chance)
     sigma = now.baseline.sigma
     rest = [replace(a, place=_coincident(a, left, places, sigma)) if a.rule == SHIFT else a for a in now.alarms]
     alarms = sorted([*named, *rest], key=lambda a: (a.first, a.rule))
@@ -60,13 +62,17 @@ def chart_by_place(
 
 
 def _confined_alarms(
-    x: Array, places: Mapping[str, Labels], baseline: Baseline | None, baselines: Mapping[Place, Baseline]
+    x: Array,
+    places: Mapping[str, Labels],
+    baseline: Baseline | None,
+    baselines: Mapping[Place, Baseline],
+    chance: float,
 ) -> tuple[list[Alarm], Array] | None:
     """Return the lasting alarms of places that the others contradict, and how much they move each value (N,); None if
     no column has such places."""
     for column, labels in places.items():
         names = [name for name in dict.fromkeys(labels) if name and (labels == name).sum() >= LEAST]
-        charts = {name: chart(x[labels == name], baselines.get((column, name), baseline)) for name in names}
+        charts = {name: chart(x[labels == name], baselines.get((column, name), baseline), (), chance) for name in names}
         ringing = [name for name, made in charts.items() if any(a.lasts for a in made.alarms)]
         still = np.flatnonzero(np.isin(labels, [name for name in names if name not in ringing]))
         alarms, change = list[Alarm](), np.zeros_like(x)

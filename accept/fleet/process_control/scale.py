@@ -14,22 +14,37 @@ from accept.fleet.process_control.spread import about_level, robust_sigma
 from checks.arrays import Array
 
 AS_MEASURED = ""
+NEARLY = 1e-6  # p of the test of normality below which a scale is none: two populations are normal on no scale
 POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}
 
 
 def scale_of(values: Array) -> str:
-    """Return the name of the scale (`POWERS`) on which values (n,) in the order of measurement are normal about their
-    level, gross ones left out; as measured if they are so there, or on no scale, or some are not above zero."""
-    x = np.asarray(values, dtype=float)
-    if x.size < LEAST or x.min() <= 0.0:
-        return AS_MEASURED
-    for name in POWERS:
-        y = to_scale(x, name)
-        apart = about_level(y)
-        kept = apart[np.abs(apart) <= GROSS_SIGMAS * robust_sigma(y)]
-        if kept.size >= LEAST and np.ptp(kept) > 0.0 and normality(kept) >= NOT_NORMAL:
-            return name
-    return AS_MEASURED
+    """Return the name of the scale (`POWERS`) on which values (n,) in the order of measurement are most nearly normal
+    about their level, gross ones left out; as measured if they are so there, or nearly on none, or some are not above
+    zero."""
+    p = {AS_MEASURED: _p_normal(values, AS_MEASURED)}
+    if p[AS_MEASURED] < NOT_NORMAL:
+        p |= {name: _p_normal(values, name) for name in POWERS}
+    best = max(p, key=lambda name: p[name])
+    return best if p[best] >= NEARLY else AS_MEASURED
+
+
+def scales_of(values: Array) -> tuple[str, ...]:
+    """Return the scales on which values may be normal: those that they contradict no more than `scale_of`, or not at
+    all. Similar scales differ in their tails: what is gross on one of them alone is a value of a process on another."""
+    p = {name: _p_normal(values, name) for name in POWERS}
+    least = min(NOT_NORMAL, max(p.values()) / 10.0)
+    return tuple(name for name in POWERS if p[name] >= max(least, NEARLY)) or (AS_MEASURED,)
+
+
+def _p_normal(values: Array, name: str) -> float:
+    """Return p of the test that values (n,) are normal about their level on a scale, 0 if that cannot be asked."""
+    if values.size < LEAST or values.min() <= 0.0:
+        return 0.0
+    y = to_scale(values, name)
+    apart = about_level(y)
+    kept = apart[np.abs(apart) <= GROSS_SIGMAS * robust_sigma(y)]
+    return normality(kept) if kept.size >= LEAST and np.ptp(kept) > 0.0 else 0.0
 
 
 def to_scale(values: Array, name: str) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from accept.base.names import shown_name
+from accept.fleet.golden_chart import GoldenTrend
 from accept.store import Event, Store, touched
 from accept.store.decisions import words_of
 from accept.store.payloads import (
@@ -24,22 +25,32 @@ KINDS: dict[type[Payload], str] = {
     GoldenNamed: _GOLDEN, GoldenRetired: _GOLDEN, GoldenMissed: _GOLDEN, GoldenResolved: _GOLDEN,
     NonconformanceDecided: "decision", AttemptVoided: "void attempt", InstrumentChecked: "recall",
 }  # fmt: skip
+ALARM, WATCHED = "alarm", "to be watched"  # what rings (`accept.fleet.rings`), and what its own chart alone finds rare
 _Row = dict[str, str]
 
 
 def happenings(
-    store: Store, since: datetime.date, until: datetime.date, trends: Mapping[str, Mapping[str, Sequence[Any]]]
+    store: Store,
+    since: datetime.date,
+    until: datetime.date,
+    trends: Mapping[str, Mapping[str, Sequence[Any]]],
+    goldens: Sequence[GoldenTrend],
 ) -> list[_Row]:
-    """Return a row of day, kind, unit, person and words for each, by day. trends: as the page has them. Raises
-    StoreError."""
+    """Return a row of day, kind, unit, person and words for each, by day. trends: as the page has them; goldens: charts
+    of golden units, of which those count that were off on these days. Raises StoreError."""
     days = since.isoformat(), until.isoformat()
     rows = [
-        {"day": alarm["since"], "kind": "alarm", "unit": alarm["first"], "who": "", "words": alarm["words"]}
+        _alarm(alarm["rings"], alarm["since"], alarm["first"], alarm["words"])
         for groups in trends.values()
         for group in groups.get("all", ())
         for alarm in group["alarms"]
         if days[0] <= alarm["since"] <= days[1]
     ]
+    for each in goldens:
+        for alarm, doubt in zip(each.chart.alarms, each.doubts, strict=True):
+            if doubt.is_between(since, until):
+                begun = max(days[0], f"{each.rows['day'].iloc[alarm.first]:%Y-%m-%d}")
+                rows.append(_alarm(alarm.rings, begun, each.serial, f"golden unit {each.words(alarm)}"))
     for what, kind in KINDS.items():
         for event in (e for e in store.events(what=what.KIND) if days[0] <= e.time[:10] <= days[1]):
             unit, words = _told(payload := what.of(event), event, store)
@@ -47,6 +58,10 @@ def happenings(
             if words:
                 rows.append({"day": event.time[:10], "kind": kind, "unit": unit, "who": who, "words": words})
     return sorted(rows, key=lambda row: row["day"])
+
+
+def _alarm(rings: bool, day: str, unit: str, words: str) -> _Row:
+    return {"day": day, "kind": ALARM if rings else WATCHED, "unit": unit, "who": "", "words": words}
 
 
 def _told(payload: Payload, event: Event, store: Store) -> tuple[str, str]:

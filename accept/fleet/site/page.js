@@ -120,17 +120,22 @@ function drawTrend(rows) {
     xaxis: { type: "date", title: { text: "day of measurement" } },
     yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
   const list = $("alarms"); list.replaceChildren();
-  for (const words of F.goldens[name] || []) list.append(node("li", `golden unit ${words}`, "fail"));
+  const alarm = (words, rings) => list.append(node("li", (rings ? "" : "to be watched: ") + words, rings ? "fail" : "watch"));
+  for (const words of F.goldens[name] || []) alarm(`golden unit ${words}`, F.rings.goldens.includes(words));
+  for (const words of F.golden_notes[name] || []) list.append(node("li", words));
   for (const g of known) {
     const title = by === "all" ? "" : `${by} ${g.group}: `, base = g.baseline;
-    for (const a of g.alarms) list.append(node("li", title + a.words, "fail"));
+    for (const a of g.alarms) alarm(title + a.words, a.rings);
     if (!g.alarms.length) list.append(node("li", `${title}no alarm in ${g.n} units`));
     if (base) list.append(node("li", `${title}compared with ${base.since ? `the baseline of ${base.since} to ${base.until}` : "the values themselves"} (${base.n} units)` +
       (g.Ppk === null ? "" : `; Cpk ${g.Cpk.toFixed(2)}, Ppk ${g.Ppk.toFixed(2)}`)));
+    const unit = F.quantities[name] && ` ${F.quantities[name]}`, size = (of) => of.toPrecision(2) + unit;
+    if (g.findable.own) list.append(node("li", `${title}a shift of half of these units is found in nine of ten such charts from ${size(g.findable.own)} on, and rings from ${size(g.findable.ring)} on`));
     for (const c of g.cautions) list.append(node("li", title + c));
   }
 }
 function drawHappenings() {
+  $("rings").textContent = `${F.rings.alarms} alarms ring, ${F.rings.watched} more are to be watched. Where nothing changed, anything rings on ${100 * F.rings.chance} % of such pages; what is to be watched is rare for its own chart alone.`;
   const [from, to] = ["from", "to"].map((id) => $(id).value), body = $("happened").tBodies[0]; body.replaceChildren();
   for (const h of F.happenings.filter((each) => (!from || each.day >= from) && (!to || each.day <= to))) {
     const row = node("tr"); row.append(...["day", "kind", "unit", "who", "words"].map((key) => node("td", h[key]))); body.append(row);

@@ -28,6 +28,7 @@ from accept.fleet.measurements import (
 )
 from accept.fleet.process_control.control_chart import Alarm
 from accept.fleet.reading_alarms import unlike_values
+from accept.fleet.rings import OF_A_PAGE
 from accept.fleet.site.happenings import happenings
 from accept.fleet.trend import stored_baselines, summary, trends
 from accept.fleet.yields import cause_label, stops
@@ -63,7 +64,9 @@ def document(
 ) -> dict[str, Any]:
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
-    what `accept trend` states; goldens: quantity -> alarms of the charts of golden units; curves: title ->
+    what `accept trend` states; goldens: quantity -> alarms of the charts of golden units; golden_notes: what those can
+    find; rings: the chance that the page rings without a cause, how many alarms do, how many are to be watched, and
+    those of golden units that ring; curves: title ->
     [{serial, x, y}] with the axes' labels; of: how many judgements the store holds; golden: how many of those shown are
     of golden units; head: its last event; made: when. out: folder of the page, from which certificates are linked.
     last: how many judgements are shown, the last ones. since, until: only what was measured on these days, alarms too;
@@ -117,15 +120,23 @@ def document(
             }
         )
     alarms = ((g, alarm, doubt) for g in goldens for alarm, doubt in zip(g.chart.alarms, g.doubts, strict=True))
-    off = [(g.quantity, g.words(alarm)) for g, alarm, doubt in alarms if doubt.is_between(since, until)]
+    off = [(g.quantity, g.words(a), a.rings) for g, a, doubt in alarms if doubt.is_between(since, until)]
     unlike = unlike_values(frame[within])
     charts = {name: _trends(frame, store, name, within, unlike) for name in units}
+    rang = [a["rings"] for of in charts.values() for groups in of.values() for g in groups for a in g["alarms"]]
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
         "trends": charts,
-        "goldens": {name: [words for of, words in off if of == name] for name in units},
-        "happenings": happenings(store, since or date.min, until or date.max, charts),
+        "goldens": {name: [words for of, words, _ in off if of == name] for name in units},
+        "golden_notes": {name: [g.reach for g in goldens if g.quantity == name] for name in units},
+        "rings": {
+            "chance": OF_A_PAGE,
+            "alarms": sum(rang) + sum(rings for *_, rings in off),
+            "watched": len(rang) - sum(rang) + sum(not rings for *_, rings in off),
+            "goldens": [words for _, words, rings in off if rings],
+        },
+        "happenings": happenings(store, since or date.min, until or date.max, charts, goldens),
         "days": [each and each.isoformat() for each in (since, until)],
         "quantities": units,
         "labels": labels,
@@ -178,7 +189,7 @@ def _trends(
             charts = trends(frame, name, by, stored_baselines(store, name, by), (), within, unlike)
         except FleetError:
             continue
-        keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk")
+        keys = ("group", "n", "limits", "baseline", "alarms", "cautions", "Cpk", "Ppk", "findable")
         found[by] = [{key: each[key] for key in keys} for each in (summary(t, points=False) for t in charts)]
     return found
 

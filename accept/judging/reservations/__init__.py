@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from accept.judging.reservations.copies import copies_of, settle_copies, withhold_others
+    from accept.judging.reservations.copies import copies_of, same_recording, settle_copies, withhold_others
     from accept.judging.reservations.folder_name import serial_doubt, serial_question, tell_apart, unconfirmed
     from accept.judging.reservations.nonconformance import (
         RELEASING,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         open_nonconformances,
         standing,
     )
-    from accept.judging.reservations.parts import part_doubts
+    from accept.judging.reservations.parts import part_doubts, parts_below
     from accept.judging.reservations.reread import rereadings
     from accept.judging.reservations.reservations import Reservations
     from accept.judging.reservations.superseded import Approval, measured_values

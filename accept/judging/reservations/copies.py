@@ -10,7 +10,6 @@ equals that of another serial is a copy too (`accept.judging.samples`); for one 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import combinations
 from pathlib import PurePath
 from typing import Any
 
@@ -21,7 +20,7 @@ from accept.store import TABLE, Event, Store
 from accept.store.decisions import Opens, problem_here, recording_party, sign_decision
 from accept.store.payloads import CopiesResolved, UnitJudged
 from accept.units import attempt_number
-from checks.signals import Sketch
+from checks.signals import Sketch, Sketches
 from specs.errors import AcceptError
 
 Channels = Mapping[str, str]
@@ -39,10 +38,9 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
     """Return which of a unit's samples exist elsewhere too: in the unit itself, or in any judgement of the store.
     folder: where the unit was judged; if None, judgements of its own serial are left out. Raises StoreError."""
     own: dict[str, dict[tuple[str, str], Channels]] = {name: {} for name in samples}
-    for one, other in combinations(samples, 2):
-        if same_recording(samples[one], samples[other]):
+    for one, other in same_recordings(samples, samples):
+        if one != other:
             own[one][serial, other] = samples[other]
-            own[other][serial, one] = samples[one]
     typed = {name: channels for name, channels in samples.items() if is_typed(name)}
     for event in (*store.judgements_with(_recordings(samples)), *store.judgements_with(typed, but=serial)):
         for name, other, theirs in _shared(event, serial, folder, samples):
@@ -53,13 +51,22 @@ def copies_of(store: Store, serial: str, folder: str | None, samples: Samples) -
 
 def same_recording(one: Channels, other: Channels) -> bool:
     """Return whether two records share a channel, under any name."""
-    if TABLE in one or TABLE in other:
-        return one.get(TABLE) == other.get(TABLE)
-    ours, theirs = ([_sketch(text) for text in channels.values()] for channels in (one, other))
-    return any(a.same(b) for a in ours for b in theirs)
+    return bool(same_recordings({"": one}, {"": other}))
 
 
-_sketch = lru_cache(maxsize=1024)(Sketch.parse)  # a batch compares each with many
+def same_recordings(ours: Samples, theirs: Samples) -> list[tuple[str, str]]:
+    """Return the names, here and there, of all pairs of records that share a channel, under any name."""
+    one, two = ({name: channels[TABLE] for name, channels in s.items() if TABLE in channels} for s in (ours, theirs))
+    found = {(a, b) for a in one for b in two if one[a] == two[b]}
+    here, there = ([(n, text) for n in s for text in s[n].values() if TABLE not in s[n]] for s in (ours, theirs))
+    known, other = (_sketches(tuple(text for _, text in texts)) for texts in (here, there))
+    found |= {(here[n][0], there[m][0]) for n, m in known.same(other)}
+    return [(a, b) for a in ours for b in theirs if (a, b) in found]
+
+
+@lru_cache(maxsize=128)  # a batch, or a verification of many certificates, compares each with many
+def _sketches(texts: tuple[str, ...]) -> Sketches:
+    return Sketches([*map(Sketch.parse, texts)])
 
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:
@@ -70,7 +77,7 @@ def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> 
     theirs: Samples = judged.result.samples
     if event.subject == serial:  # what was typed of one unit stays true of it
         samples, theirs = _recordings(samples), _recordings(theirs)
-    pairs = [(a, b, theirs[b]) for a in samples for b in theirs if same_recording(samples[a], theirs[b])]
+    pairs = [(a, b, theirs[b]) for a, b in same_recordings(samples, theirs)]
     if event.subject == serial and _same_evidence(judged.path, str(folder), pairs, len(samples), len(theirs)):
         stayed = {a for a, b, _ in pairs if a == b}
         return [p for p in pairs if p[0] not in stayed and p[0].partition("/")[0] != p[1].partition("/")[0]]

@@ -46,9 +46,9 @@ RELEASING = (CONCESSION, "rework", "measure-again")  # of the dispositions
 
 @dataclass(frozen=True)
 class Standing:
-    """open: nonconformances that hold a unit. decided: what quality assurance decided about its nonconformances, with a
-    valid signature, in order; released: those by which one of them holds it no more. superseded: check -> the open one
-    of what earlier attempts hold against its evidence."""
+    """Nonconformances and decisions of a unit at one time. open: nonconformances that hold a unit. decided: what
+    quality assurance decided about its nonconformances, with a valid signature, in order; released: those by which one
+    of them holds it no more. superseded: check -> the open one of what earlier attempts hold against its evidence."""
 
     open: tuple[str, ...]
     decided: tuple[NonconformanceDecided, ...] = ()

@@ -9,7 +9,7 @@ count (`void_attempts`).
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from accept.judging.reservations.copies import Samples, same_recording
+from accept.judging.reservations.copies import Samples, same_recordings
 from accept.judging.reservations.void_attempts import voids
 from accept.judging.samples import is_typed, section_read_by
 from accept.pictures.labels import CHANNELS, input_words
@@ -35,12 +35,12 @@ def rereadings(
     for event in store.judgements_with(own):
         if event.what != UnitJudged.KIND:
             continue
-        if event.subject not in void:
+        differences = dict(_differences(event, serial, own, findings, files))
+        if differences and event.subject not in void:
             void[event.subject] = set(voids(store, event.subject))
-        if event.seq not in void[event.subject]:
-            for quantity, reading in _differences(event, serial, own, findings, files):
-                if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
-                    found[quantity] = reading
+        for quantity, reading in differences.items() if event.seq not in void.get(event.subject, ()) else ():
+            if quantity not in found or reading["was"] != Verdict.PASS or found[quantity]["was"] == Verdict.PASS:
+                found[quantity] = reading
     return found
 
 
@@ -49,7 +49,7 @@ def _differences(
 ) -> Iterator[tuple[str, Rereading]]:
     """Yield the quantities that a judgement found in the same recordings, read otherwise."""
     result = UnitJudged.of(event).result
-    pairs = [(a, b) for a in own for b in result.samples if same_recording(own[a], result.samples[b])]
+    pairs = same_recordings(own, result.samples)
     then = {f.quantity: f for f in result.findings if f.inputs}
     for now in findings:
         before = then.get(now.quantity)

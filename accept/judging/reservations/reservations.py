@@ -30,12 +30,12 @@ from checks.cause import Cause
 
 @dataclass(frozen=True)
 class Reservations:
-    """copies: recordings of the unit that are filed elsewhere too. part_doubts: doubts about its parts, a sentence
-    each. nonconformances: those that hold it; superseded: check -> the one of them that an earlier attempt holds
-    against its evidence. dispositions: what quality assurance decided about those that hold it no more. folder: its
-    name if that is another unit's serial, and the serial that looks like its own. rereadings: by
-    quantity, of recordings that were read otherwise before. of_findings: an earlier program made a nonconformance a
-    doubt about every finding."""
+    """Doubts of the store about a unit, which weaken its result. copies: recordings of the unit that are filed
+    elsewhere too. part_doubts: doubts about its parts, a sentence each. nonconformances: those that hold it;
+    superseded: check -> the one of them that an earlier attempt holds against its evidence. dispositions: what quality
+    assurance decided about those that hold it no more. folder: its name if that is another unit's serial, and the
+    serial that looks like its own. rereadings: by quantity, of recordings that were read otherwise before. of_findings:
+    an earlier program made a nonconformance a doubt about every finding."""
 
     copies: tuple[Mapping[str, Any], ...] = ()
     part_doubts: tuple[str, ...] = ()

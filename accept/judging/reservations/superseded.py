@@ -82,7 +82,7 @@ def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> di
     if accepted and not any(_unlike(result, entry, result.parts) for _, _, result in past):  # as for most units
         return {}
     checks = {f.check: _records(entry, f.check) for f in entry.findings if f.value is not None}
-    found = dict[str, str]()
+    found = dict[str, dict[str, str]]()  # each in words of its own: what QA concedes of one does not hold for both
     for check, records in sorted(checks.items(), key=lambda item: (not item[1], item[0])):  # recordings first
         evidence: list[Channels | None] = [*records] if records else [None]
         for record in evidence:
@@ -94,18 +94,16 @@ def _older(past: Sequence[tuple[str, str, UnitRecord]], entry: UnitRecord) -> di
                 if not same or not (how := _unlike(result, entry, parts)):
                     continue
                 if record is not None or any(checks[other] for other in found) or _is_typed_again(entry, result):
-                    found[check] = f"measured in {number}, {how}"
+                    found.setdefault(check, {})["with"] = f"measured in {number}, {how}"
                     break
-            if check in found:
-                continue
             for (number, day, result), same in zip(past[first + 1 :], held[first + 1 :], strict=True):
                 if same or result.verdict == UnitVerdict.ACCEPTED or not _speaks(result, check):
                     continue
                 beside = any(checks[other] for other in found)  # a recording that is as old
                 if record is not None or beside or _tells(entry, past[first][2], result, check):
                     rejected = f"{number}, which was {result.verdict} on {day}"
-                    found[check] = f"measured in {past[first][0]}, before {rejected}"
-    return found
+                    found.setdefault(check, {})["before"] = f"measured in {past[first][0]}, before {rejected}"
+    return {check: "; ".join(words.values()) for check, words in found.items()}
 
 
 def _unlike(result: UnitRecord, entry: UnitRecord, parts: Mapping[str, str]) -> str:

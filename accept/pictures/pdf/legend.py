@@ -19,7 +19,7 @@ _HANDLE, _GAP, _EDGE = 9.3, 4.6, 2.0  # pt
 
 @dataclass(frozen=True)
 class LegendEntry:
-    """kind: "line", "dot" or "zone"."""
+    """An entry of a legend. kind: "line", "dot" or "zone"."""
 
     words: str
     kind: str

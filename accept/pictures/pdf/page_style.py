@@ -32,7 +32,7 @@ WHITE = HexColor("#ffffff")
 
 @dataclass(frozen=True)
 class PageSign:
-    """How a verdict looks: distinguished by colour, by word and by mark, so also in grey and from afar."""
+    """The look of a verdict on a page: distinguished by colour, by word and by mark, so also in grey and from afar."""
 
     word: str
     mark: str
@@ -74,6 +74,7 @@ TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GR
 
 
 def words(text: object, style: Any = BODY) -> Paragraph:
-    """Return a paragraph of any text: markup in it stays text, control characters become blanks."""
-    plain = "".join(c if c.isprintable() else " " for c in pretty(str(text)))
+    """Return a paragraph of any text: markup in it stays text, control characters become blanks.
+    A no-break space holds a line together."""
+    plain = "".join(c if c.isprintable() or c == "\u00a0" else " " for c in pretty(str(text)))
     return Paragraph(escape(plain, quote=False), style)

@@ -121,7 +121,7 @@ def _words(area: Area, panel: Panel, numbers: float, x_words: bool) -> None:
 
 
 class FigureRow(Flowable):  # type: ignore[misc]  # reportlab has no types
-    """columns: of the row, if it has more columns than panels; space_above in pt."""
+    """A row of panels on a page. columns: of the row, if it has more columns than panels; space_above in pt."""
 
     def __init__(
         self, panels: Sequence[Panel], height_mm: float, columns: int | None = None, space_above: float = 0.0

@@ -21,7 +21,8 @@ _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
 
 class OpensUnits(KnowsPassphrases, Protocol):
-    """What a screen of one unit asks the application for: other units. queue: what is done at one after the other."""
+    """The application as a screen of one unit needs it: it opens others. queue: units that are opened one after the
+    other."""
 
     bench: Workbench | None
     session: Session | None

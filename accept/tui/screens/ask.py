@@ -134,7 +134,7 @@ class Question(InFront[list[str]]):
         return at, ""
 
     def on_input_changed(self) -> None:
-        """Take away why the last answer was refused: it is not that of what stands there now."""
+        """Clear the reason of the last refusal: it was about another text."""
         if not self._checking:
             self.query_one("#wrong", Label).update("")
 
@@ -168,7 +168,7 @@ class Choice(InFront[int]):
 
 
 class Help(ModalScreen[bool]):
-    """What a screen is for, and all its keys. Dismisses True if its further key was pressed."""
+    """The purpose of a screen, and all its keys. Dismisses True if its further key was pressed."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,enter", "leave", "Back"),

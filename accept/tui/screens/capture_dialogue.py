@@ -27,7 +27,8 @@ def is_cue(words: str) -> bool:
 
 
 class CaptureLog:
-    """The cue stays until another one comes or a question is asked; of what was found, the last words stay."""
+    """Lines of a measurement. The cue stays until another one comes or a question is asked; of the findings the last
+    lines stay."""
 
     def __init__(self) -> None:
         self._cue = ""

@@ -1,5 +1,5 @@
-"""What the screens of a step share: unit and steps around, what to do, what was given and found beside the drawing or
-the plot, a line that says what is next."""
+"""The common parts of the screens of a step: unit and steps around, the instruction, entries and findings beside the
+drawing or the plot, a line for the next key."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -25,7 +25,7 @@ _SLIM = 76  # columns below which nothing stands beside a form
 
 
 class Page(Scanning):
-    """words: what to do here; row: its place in the list of steps."""
+    """A screen of a step. words: what to do here; row: its place in the list of steps."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("pageup", "page(-1)", show=False),
@@ -60,15 +60,15 @@ class Page(Scanning):
         yield KeyRow()
 
     def above(self) -> ComposeResult:
-        """Return what stands above the body and is always in sight."""
+        """Return the widgets above the body, which are always in sight."""
         yield from ()
 
     def parts(self) -> ComposeResult:
-        """Return what stands in the body."""
+        """Return the widgets of the body."""
         raise NotImplementedError
 
     def drawings(self) -> ComposeResult:
-        """Return what stands beside the body before there is a plot."""
+        """Return the widgets beside the body before there is a plot."""
         yield from ()
 
     def entitle(self, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:

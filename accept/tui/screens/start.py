@@ -46,7 +46,7 @@ _CLOCK_S = 30.0
 
 @dataclass(frozen=True)
 class Given:
-    """What the command line or the unit before said: the start screen proposes it. left: the unit that was open."""
+    """Proposals for the start screen, from the command line or the unit before. left: the unit that was open."""
 
     operator: str = ""
     serial: str = ""
@@ -358,8 +358,8 @@ class StartScreen(Working[Begin | None]):
             "confirmed entry is kept, also after a power cut. A new one begins. ↑↓ choose a unit of the list. On the "
             "left is what the units wait for: Tab changes the list; from that of a step, of the rig or of signatures, "
             "Enter at the end of a unit goes on to the next one. F6: scan the units of a tray. F8: a new attempt; "
-            "earlier ones are kept. ^s: the units to sign, one after the other. ^o: another person is at the bench. "
-            "^z twice takes a unit off the list at which nothing was done.\n\n"
+            "earlier ones are kept. ^S: the units to sign, one after the other. ^O: another person is at the bench. "
+            "^Z twice takes a unit off the list at which nothing was done.\n\n"
             "Marks: ✓ pass, ✗ fail, ~ conditional, ? no result, ! held, ○ taken, ◉ stands here, · not done. Red: a "
             "nonconformance, quality assurance decides. Instruments: ● answers, ○ not asked yet. Time per unit is from "
             "its first entry to its verdict. A drift is a trend that chance makes once in a thousand times."

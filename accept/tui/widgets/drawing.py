@@ -1,4 +1,4 @@
-"""The drawing of a step with what is connected now, and below it what was taken before."""
+"""The drawing of a step with its connections, and the state of each line below it."""
 
 from rich.text import Text
 

@@ -68,7 +68,7 @@ class Field(Vertical):
 
 
 def stored_words(place: FieldPlace, step: WorkflowStep, state: StepState, judgement: StepJudged | None = None) -> str:
-    """Return what is stored for a place, "" for nothing. judgement: what stands above it on the screen."""
+    """Return the stored entry of a place, "" for none. judgement: the one that the screen shows above it."""
     if place.is_file:
         link = state.link(place.declared.name)
         return link.file if link else ""

@@ -26,7 +26,7 @@ _FEW = 3  # findings that are drawn with their limits; more stand in a table, so
 
 
 class Findings(Hanging):
-    """Shows one judgement, or words in its place. whole: with what is for information."""
+    """Shows one judgement, or words in its place. whole: with values without limits."""
 
     whole = False
 

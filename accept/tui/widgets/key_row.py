@@ -15,7 +15,7 @@ from textual.widgets import Static
 
 @dataclass(frozen=True)
 class ShownKey:
-    """One key as it is printed, with what it does. is_main: it is what is done next here; column: its first one."""
+    """One key as it is printed, with its effect. is_main: it is the next step; column: its first one."""
 
     key: str
     cap: str

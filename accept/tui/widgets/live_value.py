@@ -1,5 +1,5 @@
-"""What the instrument of the present line shows: the value in digits that are seen from afar, where it lies inside its
-limits and among the units before, and how it has moved."""
+"""The live value of the present line's instrument: the value in digits that are seen from afar, where it lies inside
+its limits and among the units before, and how it has moved."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -40,8 +40,8 @@ _LEAST_ROWS = 30  # of a terminal with room for large digits
 
 @dataclass(frozen=True)
 class Followed:
-    """What one line is about. name: of the instrument, "" for a stored value; label: of the line; earlier: values of
-    the last units."""
+    """A line whose value is shown. name: of the instrument, "" for a stored value; label: of the line; earlier: values
+    of the last units."""
 
     name: str = ""
     label: str = ""
@@ -59,7 +59,7 @@ class Gauge(Hanging):
     As long as a line is followed it has as many rows."""
 
     class Looked(Message):
-        """What the thread saw."""
+        """The reading of an instrument, from the thread that reads it."""
 
         def __init__(self, token: object, seen: Look) -> None:
             super().__init__()

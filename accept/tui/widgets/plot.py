@@ -44,7 +44,7 @@ _SIGNS = {"points": "•", "dashed": "╌", "solid": "━"}
 
 @dataclass
 class Axes:
-    """Where the values of a panel stand on a raster. labels: words that belong to a curve: its cells, words, style."""
+    """The axes of a panel on a raster. labels: words that belong to a curve: its cells, words, style."""
 
     raster: Raster
     x: Scale

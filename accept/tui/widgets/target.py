@@ -1,4 +1,4 @@
-"""Where the APA of a strut sits beside the axis of its joints, as a target: allowed box, what U spans, the way back."""
+"""The place of a strut's APA beside the axis of its joints, as a target: allowed box, what U spans, the way back."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What the first screen asks of the bench: a unit that is begun, and the questions before it is."""
+"""The orders of the first screen to the bench: a unit that is begun, and the questions before it is."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -19,8 +19,9 @@ class Begun:
 
 @dataclass(frozen=True)
 class BenchKinds:
-    """kinds: those for which the bench has a spec; problem: returns why a serial is not valid for a unit of a kind,
-    None if it is; described: returns the kind whose spec alone says itself that its serials look like this one."""
+    """The kinds of unit of a bench. kinds: those for which the bench has a spec; problem: returns why a serial is not
+    valid for a unit of a kind, None if it is; described: returns the kind whose spec alone says itself that its serials
+    look like this one."""
 
     kinds: tuple[str, ...]
     problem: Callable[[str, str], str | None] = field(repr=False)

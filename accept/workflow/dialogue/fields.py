@@ -11,7 +11,7 @@ from checks.declare import CsvTable, Form, Input, Series
 
 @dataclass(frozen=True)
 class FieldPlace:
-    """Where one value or file goes; index: place in a vector."""
+    """The place of one value or file; index: place in a vector."""
 
     declared: Input
     index: int | None = None

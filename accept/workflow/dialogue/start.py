@@ -1,5 +1,5 @@
-"""The dialogue on the first screen: who is at the bench, which unit, of what kind, made of what. It is on the screen
-before the physics is imported."""
+"""The dialogue on the first screen: operator, unit, its kind and its parts. It is on the screen before the physics is
+imported."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -68,7 +68,7 @@ class Open:
 
 @dataclass(frozen=True)
 class Proposed:
-    """What an open bench proposes. operator: who worked here last; serial: the unit to begin with; texts: field -> text
+    """Proposals of an open bench. operator: who worked here last; serial: the unit to begin with; texts: field -> text
     from the folder of a unit that is continued."""
 
     operator: str = ""
@@ -124,7 +124,7 @@ def edited(d: StartDialogue, texts: Mapping[str, str], cursor: str | None) -> Tu
 
 
 def _put(d: StartDialogue, texts: Mapping[str, str]) -> Turn:
-    """Replace texts. Why a field was refused goes with what stood there; a serial or kind is looked up."""
+    """Replace texts. The reason of a refusal goes with the text that was refused; a serial or kind is looked up."""
     changed = {name for name, text in texts.items() if text != d.texts[name]}
     if not changed:
         return Turn(d)
@@ -183,8 +183,8 @@ def _unless_secret(d: StartDialogue, names: Iterable[str], then: str) -> Turn:
 
 
 def recognized(d: StartDialogue, asked: LookForPassphrase, secret: str | None) -> Turn:
-    """Answer the key, anew if something else was typed meanwhile, or take a passphrase away. secret: the field that it
-    was typed into, None without one."""
+    """Go on with a key after the search for a passphrase: clear the field that holds one, or answer the key, anew if a
+    text changed meanwhile. secret: the field with the passphrase, None without one."""
     if secret is not None:
         d = replace(d, typed="") if secret == "serial" else d
         return _put(d, {secret: ""}).then(refuse, secret, NOT_TAKEN)

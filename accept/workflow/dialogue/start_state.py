@@ -30,12 +30,12 @@ def parts_of(kind: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class StartDialogue:
-    """texts: field -> what stands there; cursor: the field that is typed into; problem: why the unit that was wanted is
-    not open; bench: None until it is open; opens: that is under way; looks: a serial is being looked up; known: its
-    unit; key_problem: why the operator cannot sign here; refused: the field whose refusal stands at the foot; ends:
-    Escape was pressed once; confirmed: serials that were typed once more; begins: kind and parts of a new unit are
-    asked for; named: the operator who was given, or has entered the name; left: unit that was open before; back: the
-    same, where the scan of another one led here.
+    """State of the first screen. texts: by field; cursor: the field that is typed into; problem: why the unit that was
+    wanted is not open; bench: None until it is open; opens: that is under way; looks: a serial is being looked up;
+    known: its unit; key_problem: why the operator cannot sign here; refused: the field whose refusal stands at the
+    foot; ends: Escape was pressed once; confirmed: serials that were typed once more; begins: kind and parts of a new
+    unit are asked for; named: the operator who was given, or has entered the name; left: unit that was open before;
+    back: the same, where the scan of another one led here.
 
     lists: the units are being listed; listed: they are there; at: name and kind of the queue that is shown, None for
     all units; typed: letters that the serials of the units shown hold; row: place of the cursor among them; adds: a
@@ -230,7 +230,7 @@ def say(d: StartDialogue, words: str, role: str = "quiet", *effects: object) -> 
 
 
 def refuse(d: StartDialogue, name: str, why: str) -> Turn:
-    """Stay in a field, or go to it, and say why; what is typed or scanned next replaces what stands there."""
+    """Stay in a field, or go to it, and say why; the next text that is typed or scanned replaces its text."""
     return say(replace(d, cursor=name, refused=name), why, "bad", Common.SELECT, Common.BELL)
 
 

@@ -47,11 +47,12 @@ class StepFacts:
 
 @dataclass(frozen=True)
 class StepDialogue:
-    """cursor: the line that is typed into; given: the line that was given last, from which the arrows go on; asked: the
-    line whose value the foot asks about; again: the line at which F3 was pressed once; chosen: the technician chose the
-    form; reads, measures, judges: a reading, a measurement of the whole step, a judgement is under way; stopped: the
-    last judgement was; early: F3 was pressed during a reading; hints: the foot shows what the present line wants;
-    looked: time of the proposals [s since 1970]; whole: with values without limits."""
+    """State of a step's screen. cursor: the line that is typed into; given: the line that was given last, from which
+    the arrows go on; asked: the line whose value the foot asks about; again: the line at which F3 was pressed once;
+    chosen: the technician chose the form; reads, measures, judges: a reading, a measurement of the whole step, a
+    judgement is under way; stopped: the last judgement was; early: F3 was pressed during a reading; hints: the foot
+    shows what the present line wants; looked: time of the proposals [s since 1970]; whole: with values without
+    limits."""
 
     step: WorkflowStep
     facts: StepFacts
@@ -211,7 +212,7 @@ class StepDialogue:
 
     @property
     def judging_words(self) -> str:
-        """Return what stands in place of the findings, "" to show them."""
+        """Return the words in place of the findings, "" to show the findings."""
         if self.step.check.model is None:
             return "Evaluating … (Esc: back; entries are kept)" if self.judges else ""
         lacks = self.stopped and self.complete and self.facts.judgement is None  # an earlier one still holds

@@ -54,8 +54,9 @@ class LookForKeys:
 
 @dataclass(frozen=True)
 class BenchKeys:
-    """problem: why the operator cannot sign in the role; exist: the bench has keys; replaces: certificate of another
-    result that a signature replaces; kept: the passphrase of the shift opens the key."""
+    """Keys of a role at the bench. problem: why the operator cannot sign in the role; exist: the bench has keys;
+    replaces: certificate of another result that a signature replaces; kept: the passphrase of the shift opens the
+    key."""
 
     problem: str = ""
     exist: bool = True

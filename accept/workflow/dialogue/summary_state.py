@@ -29,7 +29,7 @@ _OPEN = {
 
 
 class Report(Protocol):
-    """What verifying a certificate gave. outcome: `valid`, `signed` or `not valid`."""
+    """The result of verifying a certificate. outcome: `valid`, `signed` or `not valid`."""
 
     @property
     def outcome(self) -> str: ...
@@ -68,8 +68,8 @@ class SummaryFacts:
 
 @dataclass(frozen=True)
 class SummaryDialogue:
-    """row: the finding whose reason is shown; signs: its key came before the result; report: of the certificate
-    that was signed here; failed: there is no result."""
+    """State of the summary. row: the finding whose reason is shown; signs: its key came before the result; report: of
+    the certificate that was signed here; failed: there is no result."""
 
     facts: SummaryFacts
     row: int = 0
@@ -82,7 +82,7 @@ class SummaryDialogue:
         return () if self.facts.result is None else self.facts.result.findings
 
     def status(self, f: Finding) -> Status:
-        """Return what became of a quantity, with what is told apart among those without a result."""
+        """Return the status of a quantity; those without a result differ by the cause."""
         if f.verdict is Verdict.PASS and self.facts.result is not None and self.facts.result.nonconformances:
             return Status.HELD
         if f.quantity in self.facts.refused:
@@ -92,7 +92,7 @@ class SummaryDialogue:
 
     @property
     def open_words(self) -> list[str]:
-        """Return what keeps the unit from being accepted: quantities by what became of them."""
+        """Return the quantities that keep the unit from being accepted, by their status."""
         found = [(self.status(f), label_of(f.quantity)) for f in self.findings]
         groups = {word: [label for own, label in found if own is status] for status, word in _OPEN.items()}
         return [f"{word}: {listed(labels)}" for word, labels in groups.items() if labels]

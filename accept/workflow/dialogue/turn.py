@@ -1,4 +1,4 @@
-"""What follows from one event in a dialogue."""
+"""A turn of a dialogue: the state, effects and words that follow from one event."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

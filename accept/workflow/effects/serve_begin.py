@@ -1,4 +1,4 @@
-"""What the first screen asks of the bench. All but the properties may block."""
+"""The services of the bench for the first screen. All but the properties may block."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,18 +28,18 @@ class BeginService:
 
     @property
     def answering(self) -> Mapping[str, bool | None]:
-        """Return the instruments, each with what is known of whether it answers."""
+        """Return the instruments by name: whether each answers, None if that is not known."""
         return self.bench.instruments.answering
 
     def proposed(self, operator: str) -> Proposed:
-        """Return what a bench proposes that was just opened. operator: "" for who worked there last."""
+        """Return the proposals of a bench that was just opened. operator: "" for who worked there last."""
         operator, taken = operator or self.bench.last_operator(), self.bench.taken
         serial = self.bench.unfinished(operator) if operator else ""
         texts = {} if taken is None else {"serial": taken.serial, "kind": taken.kind, **taken.header.parts}
         return Proposed(operator, serial or self.bench.proposed, texts)
 
     def look_up(self, asked: LookUp) -> tuple[KnownUnit | None, str]:
-        """Return what is known of a serial, and why the operator cannot sign here, "" if nothing is known."""
+        """Return the entry of a serial, and why the operator cannot sign here, "" if nothing is known."""
         bench, operator = self.bench, asked.operator
         return bench.known_one(asked.serial), bench.services.key_problem(bench.home, operator) if operator else ""
 

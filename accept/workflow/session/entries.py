@@ -53,7 +53,7 @@ def keep(picture: bytes, folder: Path, name: str) -> str:
     while (folder / shown).exists() and (folder / shown).read_bytes() != picture:
         number += 1
         shown = f"{Path(name).stem}.print-{number}.jpg"
-    write_atomic(folder / shown, picture)
+    write_atomic(folder / shown, picture, of_unit=True)
     return shown
 
 

@@ -1,4 +1,4 @@
-"""Pictures of what takes long to compute, kept beside the unit's records so that a restart shows them at once."""
+"""Pictures that take long to compute, kept beside the unit's records so that a restart shows them at once."""
 
 import json
 from collections.abc import Mapping

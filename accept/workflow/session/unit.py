@@ -147,7 +147,7 @@ class OpenUnit:
 
 
 class Subject:
-    """A part of what is done at an open unit, which serves by itself."""
+    """A part of the work at an open unit that serves by itself."""
 
     def __init__(self, unit: OpenUnit) -> None:
         self._unit = unit

@@ -29,9 +29,9 @@ class Drift:
 
 @dataclass(frozen=True)
 class Week:
-    """begun: units of this week; accepted, rejected, judged: of these, by their verdicts; held: of these; by_day:
-    verdicts on each day from Monday; minutes: of each unit from its first entry to its verdict, in their order; whole:
-    no unit of this week is too old for the list."""
+    """The units of this week. begun: units of this week; accepted, rejected, judged: of these, by their verdicts; held:
+    of these; by_day: verdicts on each day from Monday; minutes: of each unit from its first entry to its verdict, in
+    their order; whole: no unit of this week is too old for the list."""
 
     begun: int = 0
     accepted: int = 0
@@ -51,7 +51,7 @@ class Week:
 
 @dataclass(frozen=True)
 class Overview:
-    """units: the newest first; queues: what they wait for, that of all units first."""
+    """All units of the bench. units: the newest first; queues: what they wait for, that of all units first."""
 
     units: Sequence[KnownUnit]
     queues: Sequence[Queue]

@@ -8,9 +8,9 @@ from checks.model.structure.attached import SIDES
 
 @dataclass(frozen=True)
 class ExperimentKind:
-    """value: the number that goes with it, or None; words: what was done, with the number in braces; place: of the
-    strut, where a mass is put or from which whatever is attached is removed; why: what it shows; sizes: that are
-    proposed, None for a kind without a number."""
+    """A kind of second measurement. value: the number that goes with it, or None; words: what was done, with the number
+    in braces; place: of the strut, where a mass is put or from which whatever is attached is removed; why: what it
+    shows; sizes: that are proposed, None for a kind without a number."""
 
     name: str
     value: Scalar | None

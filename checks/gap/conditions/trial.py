@@ -35,8 +35,8 @@ GONE = 1e-6  # of an element that was removed: what hangs with no mass at all ha
 
 @dataclass(frozen=True, eq=False)
 class ConditionTrial:
-    """name: of its own among a unit's; value: in the unit of its kind; own_ohm: the unit's own resistor, where its
-    folder states one. A: to fit; B: to judge with."""
+    """Responses under another condition. name: of its own among a unit's; value: in the unit of its kind; own_ohm: the
+    unit's own resistor, where its folder states one. A: to fit; B: to judge with."""
 
     name: str
     kind: ExperimentKind

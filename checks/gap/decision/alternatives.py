@@ -31,8 +31,8 @@ def needed_apart(claim: Claim, others: Iterable[Effect], table: Thresholds) -> f
 
 @dataclass(frozen=True, eq=False)
 class Alternatives:
-    """claim: the best; rivals: all that cannot be distinguished; fitted: other adequate explanations, with rivals among
-    them; whole: the explanation with the claim."""
+    """A claim and its rivals. claim: the best; rivals: all that cannot be distinguished; fitted: other adequate
+    explanations, with rivals among them; whole: the explanation with the claim."""
 
     claim: Claim
     rivals: Sequence[Ambiguous]
@@ -41,7 +41,7 @@ class Alternatives:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Return the names of what does as well as the claim."""
+        """Return the names of the effects that do as well as the claim."""
         own = self.claim.effect.name
         return tuple(sorted({n for a in self.rivals if own in a.effects for n in a.effects} - {own}))
 

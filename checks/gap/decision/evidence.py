@@ -1,7 +1,7 @@
 """What is known of an effect of an explanation, for the gates of a name: its gain, its values, where it acts, and what
 is left there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,8 +48,8 @@ class ActingCells:
 
 @dataclass(frozen=True, eq=False)
 class NameEvidence:
-    """result: of the search; full: its best explanation fitted to all bins or, beside a disagreement, as the search
-    left it; final: the fit to all bins; slow: the slow sines."""
+    """Evidence for a name, which the gates test. result: of the search; full: its best explanation fitted to all bins
+    or, beside a disagreement, as the search left it; final: the fit to all bins; slow: the slow sines."""
 
     effect: Effect
     search: Search
@@ -171,6 +171,20 @@ class NameEvidence:
     def acting_on(self) -> tuple[str, ...]:
         """Return the channels on which the effect acts."""
         return self.full.acting_on(self.effect)
+
+    @property
+    def is_any_filter(self) -> bool:
+        """Return whether an effect of every channel acts on one alone, as any filter there does. An element is none if
+        every filter that could stand there explains less, by what a name needs: none costs more than its parameters,
+        because both are explanations of one kind."""
+        if len(self.effect.channels) <= AT_LEAST or len(self.acting_on) != 1:
+            return False
+        if not isinstance(self.effect, GenericElement):
+            return True
+        of_channel = (m for m in self.search.library if isinstance(m, UnmodelledMode) and m.channels == self.acting_on)
+        filters = replace(self.search, library=tuple(replace(m, stands_in=False) for m in of_channel))
+        least = self.best.score - self.table.delta_lnL
+        return any(c.score > least for c in filters.add_one(self.without))
 
     @property
     def channels(self) -> str:

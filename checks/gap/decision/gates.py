@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 
 from checks.fitting.fit import Fit
-from checks.gap.decision.evidence import AT_LEAST, NameEvidence, chance_of_gain
+from checks.gap.decision.evidence import NameEvidence, chance_of_gain
 from checks.gap.decision.result import Ambiguous
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.experiment import sharpest
@@ -30,7 +30,8 @@ FAR_ABOVE = 10.0  # of Q in the cell that an effect changes most
 
 @dataclass(frozen=True)
 class Claim:
-    """An effect that a search wants to name. reasons: of the gates that it did not pass."""
+    """An effect that a search wants to name. delta_lnL, p: the gain in log-likelihood and its chance without the
+    effect; reasons: of the gates that it did not pass."""
 
     effect: Effect
     delta_lnL: float
@@ -123,7 +124,7 @@ GATES: tuple[Gate, ...] = (
     Gate(
         "on_its_channels",
         "acts on {e.acting_on[0]} alone, and would show on {e.channels}",
-        lambda e: len(e.effect.channels) <= AT_LEAST or len(e.acting_on) != 1,
+        lambda e: not e.is_any_filter,
     ),
     Gate(
         "off_modes",

@@ -1,4 +1,4 @@
-"""What an explanation predicts under several conditions, and what its parameters could make up for."""
+"""Predictions of an explanation under several conditions, and the differences that its parameters could make up for."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What the gap workflow hands back: plain numbers, no files."""
+"""The result of the gap workflow: plain numbers, no files."""
 
 from __future__ import annotations  # so that reading results does not load what computes them
 
@@ -81,7 +81,7 @@ class Ambiguous:
 
 @dataclass(frozen=True)
 class FoundPlace:
-    """Where an element sits: a part, what it acts against ("ground" or another part), along a direction, at a point
+    """The place of an element: a part, what it acts against ("ground" or another part), along a direction, at a point
     [mm] from the part's node; None where the place has none."""
 
     part: str
@@ -134,7 +134,7 @@ class Tried:
 
 @dataclass(frozen=True)
 class StepShown:
-    """What an effect explains beside those before it: G by channel once it is in. effect: None for the model alone."""
+    """The gap after one more effect: G by channel. effect: None for the model alone."""
 
     effect: str | None
     channels: Mapping[str, float]

@@ -93,7 +93,7 @@ class SlowFinding:
 
 @dataclass(frozen=True)
 class SlowRecord:
-    """How an effect is seen in slow sines. named: their finding, or None; limit: the smallest values that they would
+    """The sign of an effect in slow sines. named: their finding, or None; limit: the smallest values that they would
     show; contradicts: why they contradict values that a search has found, or "". Each is empty by default."""
 
     named: Callable[[Slow, Thresholds], SlowFinding | None] = lambda *_: None

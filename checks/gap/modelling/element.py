@@ -45,7 +45,8 @@ def directions(places: Places) -> Iterator[Direction]:
 
 @dataclass(frozen=True, kw_only=True)
 class GenericElement(Effect):
-    """place, direction: as `checks.model.structure.attached` names them; kind: of its dynamic stiffness."""
+    """An element at a place of the structure. place, direction: as `checks.model.structure.attached` names them; kind:
+    of its dynamic stiffness."""
 
     place: str
     direction: str
@@ -87,10 +88,10 @@ def element(place: str, direction: str, kind: str) -> GenericElement:
     return _element(place, direction, kind, parameters)
 
 
-def parts_of(member: object, kinds: Iterable[str] = (HOLDER,)) -> list[GenericElement]:
-    """Return the elements of one value that could be in the place of an element of some kinds; none for another
-    member."""
-    if not isinstance(member, GenericElement) or member.kind not in kinds:
+def parts_of(member: object) -> list[GenericElement]:
+    """Return the elements of one value that could be in the place of one of several, as a resonator that hardly swings
+    is a damper; none for another member."""
+    if not isinstance(member, GenericElement) or member.kind not in (HOLDER, RESONATOR):
         return []
     return [element(member.place, member.direction, kind) for kind in kinds_at(member.place, PARTS)]
 

@@ -5,7 +5,7 @@ from enum import Enum
 
 
 class Experiment(Enum):
-    """What to do at the bench, in words. The sharpest and least troublesome comes first."""
+    """An experiment at the bench, in words. The sharpest and least troublesome comes first."""
 
     MASS = "repeat with +0.5 kg on the payload: an added mass moves what depends on the payload, nothing else"
     UNPLUG = "unplug the sensor stack at the amplifier and record Vs: what is left is cross-talk"

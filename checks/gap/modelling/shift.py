@@ -1,4 +1,4 @@
-"""What a condition at the bench changes of a model's parameters."""
+"""Changes of a model's parameters by a condition at the bench."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,8 @@ class OwnValue:
 
 @dataclass(frozen=True)
 class Shift:
-    """name: of the condition. adds, times: (parameter, number) on top of what it is without the condition."""
+    """A change of parameters by a condition. name: of the condition. adds, times: (parameter, number) on top of what it
+    is without the condition."""
 
     name: str
     adds: tuple[tuple[str, float], ...] = ()

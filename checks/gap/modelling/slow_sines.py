@@ -38,9 +38,9 @@ DRIFT = 0.02  # of a gain, between the first amplitude and the last: no bench ho
 
 @dataclass(frozen=True, eq=False)
 class Slow:
-    """grows, constant: shares of the opening at the largest amplitude; loops: what they were found from; p_fit: chance
-    of the scatter about both; bends: relative departure of the middle line from a straight one, largest amplitude less
-    smallest; f_Hz: of the sines; channel: of the motion."""
+    """The loops of slow sines. grows, constant: shares of the opening at the largest amplitude; loops: what they were
+    found from; p_fit: chance of the scatter about both; bends: relative departure of the middle line from a straight
+    one, largest amplitude less smallest; f_Hz: of the sines; channel: of the motion."""
 
     grows: ScalarEstimate
     constant: ScalarEstimate

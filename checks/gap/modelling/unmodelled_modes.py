@@ -56,7 +56,7 @@ class UnmodelledMode(Effect):
 
     @property
     def against(self) -> str:
-        """Return where it sits, in words."""
+        """Return the words between the mode and its channels: the path that it lies in."""
         return f"{self.shape.name} in the path of"
 
     def poles_and_zeros(self, values: Values) -> tuple[list[float], list[float]]:

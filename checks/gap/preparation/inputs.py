@@ -44,8 +44,8 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What a search is to explain: inputs with A and B corrected for the faults that are found before any search.
-    early: those faults; slow: the slow sines; in_slow: effects that they name."""
+    """The task of a search: inputs with A and B corrected for the faults that are found before any search. early: those
+    faults; slow: the slow sines; in_slow: effects that they name."""
 
     inputs: Inputs
     A: Dataset

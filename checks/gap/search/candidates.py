@@ -176,6 +176,9 @@ class Search:
         Those with a mode in another place come first, then drawn ones, until two end in one place."""
         fits, costs = [own, *self.with_moved_modes(own)], [first.cost]
         known = [first] if own.coarse is None else [first, own.coarse]
+        if drawn and not any(c.adequate for c in fits):
+            moved = self._coarse_fit(response, start, moving=True)
+            fits += [] if any(_is_same_place(moved, other) for other in known) else [self._fit_from(response, moved)]
         if not any(c.adequate for c in fits):
             for seed in range(1, drawn + 1):
                 if self.over:
@@ -212,10 +215,18 @@ class Search:
         few = sorted((self.advance(moved, 2 * FEW) for moved in starts), key=lambda moved: moved.cost)
         return [self.advance(moved, 2 * MANY) for moved in few[:BOTH_WAYS]]
 
-    def _coarse_fit(self, response: Augmented, start: Mapping[str, float], seed: int = 0) -> FitPoint:
-        """Search on few bins, from `start` or, with a seed, from a draw about it."""
+    def _coarse_fit(
+        self, response: Augmented, start: Mapping[str, float], seed: int = 0, moving: bool = False
+    ) -> FitPoint:
+        """Search on few bins, from `start` or, with a seed, from a draw about it. moving: modes that the ratio of data
+        to model shows to be missing are moved there."""
         free, joint = response.free(start), response.model.joint
-        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0)
+
+        def move(at: Mapping[str, float], places: Sequence[float]) -> list[dict[str, float]]:
+            return misplaced_modes(response.model, free, at, places[:PLACES], float(self.A.f[-1]), response.changes)
+
+        way = move if moving else None
+        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0, move=way)
         self.effort.spent += point.work
         return point
 
@@ -260,9 +271,9 @@ class Search:
 
     def add_element(self, base: Explanation, in_path: bool = False) -> list[Explanation]:
         """Add each of the generic elements that promise most to a candidate, fitted jointly from its values; failing an
-        adequate fit, the best of them and what stands at the likeliest places from the priors too: a calibration that
-        lacked an element may have gone astray, and then only the place is told. in_path: whether what may lie in the
-        path of one channel counts too."""
+        adequate fit, the first and the best of them and what stands at the likeliest places from the priors too: a
+        calibration that lacked an element may have gone astray, and then only the place is told. in_path: whether what
+        may lie in the path of one channel counts too."""
         places = Places(base.on(self.A).seen)
         if places.in_signal_path and not in_path:
             return []
@@ -272,7 +283,7 @@ class Search:
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
-        tried = [next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR]]
+        tried = [*first[:FROM_FAR], *(next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR])]
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
         far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
@@ -382,8 +393,7 @@ class Search:
     ) -> list[Score]:
         """Return the elements that promise about as much as a candidate gained by the member that they would replace.
         Whether another place can do it shows before any kind is fitted."""
-        left = places.projected.left
-        needed = AS_GOOD * (float(left @ left) - 2.0 * c.cost)
+        needed = AS_GOOD * (places.left - 2.0 * c.cost)
         if max(places.gains.values(), default=0.0) < needed:
             return []
         absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)

@@ -68,7 +68,7 @@ class Explanation:
         return frozenset(self.response.names)
 
     def around(self, data: Dataset) -> Dataset:
-        """Return data with the tolerance as a fraction of what this predicts."""
+        """Return data with the tolerance as a fraction of the predicted response."""
         return data.around(self.response.frf(data.f, self.at, data.channels))
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import HOLDER, RESONATOR, GenericElement, is_across, parts_of
+from checks.gap.modelling.element import GenericElement, is_across, parts_of
 from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
@@ -49,8 +49,8 @@ class ExplainingStep:
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """base: the model without anything added; best: what explains most; rivals: other adequate sets, best first; steps:
-    by which it was found."""
+    """The result of a search. base: the model without anything added; best: what explains most; rivals: other adequate
+    sets, best first; steps: by which it was found."""
 
     base: Explanation
     best: Explanation
@@ -134,7 +134,7 @@ def _beside(search: Search, beam: Beam) -> Rounds:
 def _everywhere(search: Search, beam: Beam) -> Rounds:
     found = [*search.add_one(beam[0]), *search.add_element(beam[0], in_path=True)]
     for c in [c for c in found if not is_possible(c)]:  # an element of one value in its place may be
-        simpler = ((m, parts_of(m, (HOLDER, RESONATOR))) for m in c.response.members)
+        simpler = ((m, parts_of(m)) for m in c.response.members)
         found += [s for m, parts in simpler for s in search.with_parts(c, m, parts)]
     yield [c for c in best_of_each(found) if is_possible(c)]
 

@@ -33,7 +33,7 @@ from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import Projected
 from checks.model.structure.attached import PlaceReceptances
 
-FOLLOWED = 8  # directions whose kinds are fitted, the best by any dynamic stiffness
+FOLLOWED = 8  # directions whose kinds are fitted: the best by any dynamic stiffness, and by a simple one
 STEPS, LARGEST = 40, 2.0  # of Gauss and Newton; of the logarithm of a resonator's value
 SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
@@ -47,7 +47,7 @@ Stiffness = Callable[[Array], tuple[Complex, Complex]]  # values (k,) -> dynamic
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """What elements at every place, and factors on channels, could explain of a projected residual."""
+    """The share of a projected residual that elements at every place, and factors on channels, could explain."""
 
     projected: Projected
 
@@ -55,6 +55,11 @@ class Places:
     def receptances(self) -> PlaceReceptances:
         p = self.projected
         return p.response.places(p.data.f, p.at, p.data.channels)
+
+    @property
+    def left(self) -> float:
+        """Return the projected residual, squared: twice a log-likelihood."""
+        return float(self.projected.left @ self.projected.left)
 
     @property
     def _s(self) -> Complex:
@@ -88,6 +93,14 @@ class Places:
         for d in sorted(self.gains, key=lambda d: -self.gains[d]):
             best.setdefault((d.place, d.direction), d)
         return [*best.values()]
+
+    def simple_gain(self, d: Direction) -> float:
+        """Return the gain of a small spring, damper and mass along a direction. Any dynamic stiffness explains the
+        noise at every frequency too, beside which places of a weak element do not differ."""
+        reach, s = self.along(d)[0], self._s
+        rows = self.projected.rows(np.array([reach * (s**power)[:, None] for power in range(3)]))
+        Q, _ = np.linalg.qr((rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)).T)
+        return float(np.sum((Q.T @ self.projected.left) ** 2))
 
     def gain_of(self, reach: Complex) -> float:
         """Return the gain of a change along reach (F, C) by any complex number at each frequency."""
@@ -134,7 +147,7 @@ class Places:
         too: what is large is not found from nothing."""
         out: dict[str, Score] = {}
         # on the axis too: the best point beside it with any stiffness may be one of no kind
-        best = self.ranked[:FOLLOWED]
+        best = [*self.ranked[:FOLLOWED], *sorted(self.ranked, key=self.simple_gain, reverse=True)[:FOLLOWED]]
         for d in dict.fromkeys(e for b in best for e in (b, Direction(b.place, b.direction))):
             for kind in kinds_at(d.place, kinds):
                 e = element(d.place, d.direction, kind)

@@ -23,8 +23,8 @@ BESIDE = 1  # bins: a zero is no wider, the mode of a strut beside it is
 
 @dataclass(frozen=True)
 class Score:
-    """gain: of twice the log-likelihood, linearised; dof; looked: places tried; starts: values to fit from, best
-    first; failure: why the member could be evaluated nowhere, or ""."""
+    """The score of a member of the library. gain: of twice the log-likelihood, linearised; dof; looked: places tried;
+    starts: values to fit from, best first; failure: why the member could be evaluated nowhere, or ""."""
 
     member: Effect
     gain: float

@@ -37,8 +37,9 @@ class ExcessBand:
 
 @dataclass(frozen=True)
 class Adequacy:
-    """p: p-value of the worst window or pull, corrected for multiple tests; windows: the significant ones, by rising p,
-    without overlap; pulls: offset of each calibrated parameter from its prior, standard normal under the null."""
+    """Whether an explanation leaves no more than chance does. p: p-value of the worst window or pull, corrected for
+    multiple tests; windows: the significant ones, by rising p, without overlap; pulls: offset of each calibrated
+    parameter from its prior, standard normal under the null."""
 
     p: float
     windows: tuple[ExcessBand, ...]

@@ -20,7 +20,8 @@ TOLD = 1.0 / (1.0 + 5.0**2)  # room of a parameter that the data alone tell to f
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """r (n,): 2 F C rows of the data, then one for every parameter with a prior; Q (n, p) orthonormal."""
+    """The residual without the free parameters. r (n,): 2 F C rows of the data, then one for every parameter with a
+    prior; Q (n, p) orthonormal."""
 
     data: Dataset
     response: Augmented

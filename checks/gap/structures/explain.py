@@ -37,9 +37,10 @@ from checks.model.model import Model
 
 @dataclass(frozen=True, eq=False)
 class LinearAnswer:
-    """elements: of what explains the records, those that passed every gate. faults: of the records, corrected before
-    the search. base, best: the model as calibrated, and with what was found; fit: of the latter. only_in: if nothing
-    explains the records, channels without which nothing is missing: it lies in the path of one of them."""
+    """The answer about a linear model. elements: of what explains the records, those that passed every gate. faults: of
+    the records, corrected before the search. base, best: the model as calibrated, and with what was found; fit: of the
+    latter. only_in: if nothing explains the records, channels without which nothing is missing: it lies in the path of
+    one of them."""
 
     verdict: GapVerdict
     elements: tuple[FoundElement, ...]
@@ -59,9 +60,8 @@ class LinearAnswer:
         """Return by place, the best first, the share of what the calibrated model leaves that any dynamic stiffness
         there, or any factor on a channel, explains: where something is, even if it is of no kind."""
         places = Places(project(self.base.response, self.base.unseen, self.base.at))
-        whole = float(places.projected.left @ places.projected.left)
         gains = {f"{d.place}, {d.direction}": places.gains[d] for d in places.ranked} | places.factors
-        return {name: gains[name] / whole for name in sorted(gains, key=lambda n: -gains[n])}
+        return {name: gains[name] / places.left for name in sorted(gains, key=lambda n: -gains[n])}
 
 
 def explain_linear(

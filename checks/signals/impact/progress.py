@@ -14,8 +14,9 @@ _SEEN_AFTER_s = 0.2  # a rebound shows within, so a hit is not judged sooner
 
 @dataclass(frozen=True)
 class HitsSoFar:
-    """hits: those that can be judged, in order; coming: whether one is still too young; coherence: median over the band
-    that the good ones drive, NaN for fewer than two; frf: of these, None for fewer; band_Hz: that is looked at."""
+    """The hits of a running hammer test. hits: those that can be judged, in order; coming: whether one is still too
+    young; coherence: median over the band that the good ones drive, NaN for fewer than two; frf: of these, None for
+    fewer; band_Hz: that is looked at."""
 
     hits: tuple[Impact, ...]
     coming: bool

@@ -42,10 +42,11 @@ _STEP = re.compile(
 
 @dataclass(frozen=True)
 class Layout:
-    """heads: the named columns, as written; units, kinds of each; columns: their places in a row; width: fields of the
-    header; header, first: index of its line and of the first row; apart: between the fields, " " for any blanks;
-    decimal: the mark that the file states; clock: start and step [s] that it states in place of a time column;
-    commented: whether fields beyond `width` are comments; samples: rows that it states; remarks: in words."""
+    """The layout of a text file. heads: the named columns, as written; units, kinds of each; columns: their places in a
+    row; width: fields of the header; header, first: index of its line and of the first row; apart: between the fields,
+    " " for any blanks; decimal: the mark that the file states; clock: start and step [s] that it states in place of a
+    time column; commented: whether fields beyond `width` are comments; samples: rows that it states; remarks: in
+    words."""
 
     heads: tuple[str, ...]
     units: tuple[str, ...]

@@ -37,7 +37,8 @@ FORCES = {"lbf": 4.4482216152605, "kgf": 9.80665}
 
 
 class AxisUnit(NamedTuple):
-    """unit: of the values times scale, "" if the file does not state it; said: the conversion in words, "" for none."""
+    """The unit of an axis. unit: of the values times scale, "" if the file does not state it; said: the conversion in
+    words, "" for none."""
 
     unit: str
     scale: float

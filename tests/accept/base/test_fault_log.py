@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from accept.base import fault_log
-from accept.base.crash_hooks import log_crashes
 from accept.base.fault_log import log_fault, log_file
+from accept.base.loading import log_crashes
 from accept.judging import judge_unit
 from accept.units.unit_folder import read
 from checks.acceptance import CHECKS
@@ -71,7 +71,7 @@ def test_processes_write_side_by_side(log: Path) -> None:
 
 
 def test_a_crash_and_a_thread_that_dies_are_logged(log: Path) -> None:
-    crash = "from accept.base.crash_hooks import log_crashes; log_crashes(); import threading\n"
+    crash = "from accept.base.loading import log_crashes; log_crashes(); import threading\n"
     crash += "t = threading.Thread(target=lambda: 1 / 0, name='reader'); t.start(); t.join(); raise KeyError('gone')"
     done = subprocess.run([sys.executable, "-c", crash], capture_output=True, text=True, check=False)
     assert done.returncode == 1

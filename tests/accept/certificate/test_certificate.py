@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import math
 import os
 import subprocess
 import sys
@@ -20,7 +21,7 @@ from reportlab.pdfbase import pdfmetrics
 from accept.base.documents.results import SIMULATED
 from accept.certificate import CertificateContent, ContentError, content_of
 from accept.certificate.contents import content as certificate_content
-from accept.certificate.page.document import render
+from accept.certificate.page.document import _later_frame, _row_heights, render
 from accept.certificate.page.fixed_parts import code_text, field_rectangles, open_fields, summary
 from accept.judging import judge_unit, load_spec
 from accept.judging.reservations.reservations import Reservations
@@ -94,7 +95,7 @@ def test_one_page_that_says_all(made: CertificateContent, pdf: bytes) -> None:
         *(made.spec_sha256, made.record_sha256[:32], made.record_sha256[32:]),
     ):
         assert expected in text, expected
-    assert "Outside the limits: Sensor stack, Stroke, three stacks." in text
+    assert "Outside the limits: Sensor stack; Stroke, three stacks." in text
 
 
 def test_the_pdf_names_no_time_and_has_two_empty_fields(pdf: bytes) -> None:
@@ -220,6 +221,19 @@ def test_a_long_table_flows_over_pages_with_its_head(made: CertificateContent) -
         assert ("Value ± U (k = 2)" in page) or "because <b>" not in page  # a row of the table never without its head
     assert "<para>Ω & co" in text
     assert "whole text in results.json" in text  # 60 x 17 characters are more than a row shows
+
+
+@pytest.mark.parametrize("rows", range(1, 16))
+def test_rows_of_pictures_fill_their_pages(rows: int) -> None:
+    """Rows that the first page has no room for stand in equal parts on the fewest pages that hold them: none of 4 such
+    rows stands alone on a page of its own."""
+    later = _later_frame()[1] / mm
+    first, *others = _row_heights(380.0, 300.0, rows)
+    assert 42.0 <= first <= 64.0
+    assert all(42.0 <= height <= 64.0 for height in others)  # the least that can be read, the most that is of use
+    space = 5.0 / mm  # above each
+    pages = [math.ceil(len(others) / int(later / (height + space) + 1e-9)) for height in others]
+    assert all(n == math.ceil(len(others) / int(later / (42.0 + space))) for n in pages)
 
 
 def test_no_glyph_leaves_the_page(made: CertificateContent) -> None:

@@ -1,7 +1,9 @@
 """Many certificates in one command: verified as a table, countersigned with one passphrase."""
 
 import csv
+import hashlib
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -177,7 +179,7 @@ def test_a_folder_does_not_make_a_certificate_one_that_was_replaced(package: Pat
     stated = (package / "evidence.json").read_text()
     (package / "evidence.json").write_text(stated.replace("certificates/B.pdf", "superseded/B-1.pdf"))
     done = accept("verify", package)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == 3, done.output  # the bench signed where each lies
     assert done.output.count("replaced since") == 1  # that of A, as the list says
 
 
@@ -213,3 +215,56 @@ def test_a_certificate_that_was_set_aside_is_found_whatever_its_name(place: Path
         assert accept("countersign", named).exit_code == 0  # one that is not is written over
     done = accept("evidence", tmp_path / "evidence", "--units", "A")
     assert done.exit_code == 0, done.output
+
+
+def edited(package: Path, name: str, content: bytes) -> None:
+    """With its hash, as if it had been made so."""
+    (package / name).write_bytes(content)
+    stated = json.loads((package / "evidence.json").read_text())
+    stated["files"][name] = hashlib.sha256(content).hexdigest()
+    (package / "evidence.json").write_text(json.dumps(stated))
+
+
+@pytest.mark.parametrize("name", ["summary.csv", "history.txt", "README.md", "tsa.pem"])
+def test_evidence_that_was_edited_with_its_hash(package: Path, name: str) -> None:
+    edited(package, name, b"B is accepted\n" if name != "tsa.pem" else (package / "ca.pem").read_bytes())
+    done = accept("verify", package)
+    assert done.exit_code == 3, done.output
+    assert "evidence.json: was changed after the bench signed it" in done.stdout
+
+
+def test_a_unit_that_was_taken_out_of_the_evidence(package: Path) -> None:
+    stated = json.loads((package / "evidence.json").read_text())
+    stated["units"].remove("B")
+    stated["files"].pop("certificates/B.pdf")
+    (package / "certificates" / "B.pdf").unlink()
+    (package / "evidence.json").write_text(json.dumps(stated))
+    assert accept("verify", package).exit_code == 3
+
+
+def test_evidence_that_nobody_signed(package: Path) -> None:
+    stated = json.loads((package / "evidence.json").read_text())
+    (package / "evidence.json").write_text(json.dumps({k: v for k, v in stated.items() if k != "signature"}))
+    done = accept("verify", package)
+    assert done.exit_code == 4, done.output
+    assert "evidence.json: no bench signed it; only the certificates and list.json are proven" in done.stdout
+
+
+def test_evidence_reads_what_lies_in_it_and_no_more(package: Path, tmp_path: Path) -> None:
+    """Nothing outside, and no file that fills the memory."""
+    outside = tmp_path / "outside.txt"
+    outside.write_bytes(b"of somebody else")
+    digest = hashlib.sha256(outside.read_bytes()).hexdigest()
+    (package / "link").symlink_to(outside)
+    with (package / "sparse").open("wb") as file:
+        file.truncate(3 << 30)
+    os.mkfifo(package / "pipe")
+    stated = json.loads((package / "evidence.json").read_text())
+    stated["files"] |= dict.fromkeys(["../outside.txt", str(outside), "link", "sparse", "pipe"], digest)
+    (package / "evidence.json").write_text(json.dumps(stated))
+    done = accept("verify", package)
+    assert done.exit_code == 3
+    for name in ("../outside.txt", str(outside), "link"):
+        assert f"{name}: lies outside the package, and was not read" in done.stdout
+    assert "sparse: cannot be read (has 3221225472 bytes" in done.stdout
+    assert "pipe: cannot be read (is a pipe or a device" in done.stdout

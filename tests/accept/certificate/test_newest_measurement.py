@@ -325,3 +325,18 @@ def test_what_was_measured_with_another_part_is_not_of_the_unit_as_it_is(
     (folder / "unit.toml").write_text(f'{text}[parts]\napa = "P-3"\n')
     assert judged(folder, spec) == "accepted"  # a slip of the pen
     assert judged(later, spec) == "accepted"
+
+
+def test_a_concession_about_an_exchanged_part_is_none_about_a_later_rejection(tmp_path: Path) -> None:
+    """What was conceded before the unit was rejected says nothing of measurements from before that."""
+    monday = make_unit(tmp_path / "monday", "A-1")
+    text = (monday / "unit.toml").read_text()
+    (monday / "unit.toml").write_text(f'{text}[parts]\napa = "P-3"\n')
+    assert judged(monday, "apa-basic") == "accepted"
+    (monday / "unit.toml").write_text(f'{text}[parts]\napa = "P-4"\n')
+    assert judged(monday, "apa-basic") == "conditional"
+    said = ("store", "dispose", "A-1", "--disposition", "use-as-is", "--because", "a slip of the pen")
+    assert accept(*said).exit_code == 0
+    assert judged(monday, "apa-basic") == "accepted"
+    assert judged(make_unit(tmp_path / "tuesday", "A-1", LATER), "apa-basic", *WHY) == "rejected"
+    assert judged(monday, "apa-basic", *WHY) == "conditional"

@@ -9,6 +9,7 @@ from accept.base.atomic_files import ReplaceError, check_place, write_atomic
 from accept.base.version import code_sha256, version
 from accept.cli.main import app
 from tests.accept.units.units import make_unit
+from tests.shared.command_line import accept
 
 
 def refused(*words: object) -> str:
@@ -54,6 +55,28 @@ def test_no_output_replaces_evidence(unit: Path, tmp_path: Path) -> None:
         assert "is evidence of the unit in" in refused("list", "--csv", file)
     assert "is not an earlier .csv output" in refused("list", "--csv", evidence[2])
     assert [file.read_bytes() for file in evidence] == before
+
+
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [
+        ("results.csv", ["batch", "{unit}", "--no-certificates", "--out", "{unit}"]),
+        ("junit.xml", ["batch", "{unit}", "--no-certificates", "--out", "{unit}"]),
+        ("index.html", ["site", "--out", "{unit}"]),
+        ("loops.mat", ["excite", "sweep", "--out", "{unit}/loops.mat"]),
+        ("left.mat", ["excite", "sweep", "--out", "{unit}/left.mat"]),
+    ],
+)
+def test_no_folder_of_outputs_replaces_evidence(unit: Path, name: str, command: list[str]) -> None:
+    """Nor does a command that has no place of its own to check."""
+    (unit / name).write_bytes(b"measured")
+    if name != "left.mat":  # beside unit.toml, which does not name it yet
+        (unit / "unit.toml").write_text((unit / "unit.toml").read_text() + f'[hysteresis]\nrecord = "{name}"\n')
+    if command[0] == "site":
+        accept("batch", unit, "--no-certificates", "--out", unit.parent / "out")
+    done = accept(*(word.format(unit=unit) for word in command))
+    assert done.exit_code == 6, done.output
+    assert (unit / name).read_bytes() == b"measured"
 
 
 @pytest.mark.parametrize(("kind", "ours", "other"), [(".pdf", b"%PDF-1.7", b"MATLAB 5.0"), (".json", b" {", b"t,de")])

@@ -15,6 +15,7 @@ from accept.batch import services
 from accept.certificate.trust import keys
 from accept.fleet import gauge, golden
 from accept.fleet.golden import BenchStopped
+from accept.fleet.golden_chart import golden_trends
 from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements
 from accept.fleet.trend import trends
@@ -301,6 +302,26 @@ def test_a_reference_is_changed_by_a_signature_of_quality_assurance_only(alone, 
     alone.append("golden_named", "X-01", drifted.data, who="Grace")  # and for another unit
     alone.append("golden_retired", "GOLD", {"reason": "x"}, who="Grace")
     assert present() == {"GOLD": 360.0}
+
+
+def test_a_golden_unit_that_was_retired_and_is_named_again_begins_a_new_chart(alone):
+    """Its judgements of before belong to another reference: 340 um, then lapped to 360 um."""
+
+    def read() -> int:
+        (charted,) = golden_trends(alone, quantity="stroke_um")
+        return len(charted.rows)
+
+    for stroke in (360.0, 360.2, 359.9, 360.1):
+        add(alone, [judgement("GOLD", GOOD | {"stroke_um": stroke})])
+    before = read()
+    assert before >= 5
+    golden.retire(alone, "GOLD", "it is lapped", signer)
+    for stroke in (340.0, 340.2):
+        add(alone, [judgement("GOLD", GOOD | {"stroke_um": stroke})])
+    golden.name_golden(alone, "GOLD", "accepted", "Ann", last=2, signer=signer())
+    assert read() == 2  # those of its reference
+    add(alone, [judgement("GOLD", GOOD | {"stroke_um": 340.1})])
+    assert read() == 3
 
 
 def test_the_published_study_from_a_table(tmp_path):

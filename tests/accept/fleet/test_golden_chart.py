@@ -79,6 +79,21 @@ def test_the_page_marks_them():
     assert [words for words in page["goldens"]["stroke_um"] if GOLDEN in words]
 
 
+def test_the_drift_is_among_what_happened_on_these_days_and_rings():
+    with open_store() as store:
+        pages = {n: document(store, {}, since=day(n), until=day(n + 2)) for n in (5, 40, 50)}
+        whole = document(store, {})
+    rows = {n: [r for r in page["happenings"] if r["kind"] == "alarm"] for n, page in pages.items()}
+    assert {n: len(found) for n, found in rows.items()} == {5: 0, 40: 1, 50: 0}
+    (row,) = rows[40]
+    assert (row["unit"], row["day"]) == (GOLDEN, str(day(40)))  # a page of these days shows it on the first of them
+    assert row["words"].startswith(f"golden unit {GOLDEN}")
+    assert pages[40]["rings"]["goldens"] == [row["words"].removeprefix("golden unit ")]
+    assert (pages[40]["rings"]["alarms"], pages[5]["rings"]["alarms"]) == (1, 0)
+    (note,) = whole["golden_notes"]["stroke_um"]
+    assert "with 60 comparisons that repeat within" in note
+
+
 def test_no_golden_unit_no_chart(tmp_path, monkeypatch):
     done = accept("golden", "chart", "APA-9")
     assert done.exit_code == 6

@@ -116,6 +116,20 @@ def test_reducing_keeps_every_peak_and_is_done_once() -> None:
     assert panels_to_json({"a": again}) == panels_to_json({"a": small})
 
 
+@pytest.mark.parametrize("power", [-320, -24, -22, -15, -6, 0, 5, 9, 16, 23, 300])
+def test_numbers_are_those_that_their_seven_digits_are_read_as(power: int) -> None:
+    """To the bit, since pages are compared to the byte: also at the middle of two, and about powers of ten."""
+    rng = np.random.default_rng(8)
+    whole = rng.integers(10**6, 10**7, 500).astype(float)
+    values = np.concatenate([whole + 0.5, whole, whole + rng.uniform(-0.5, 0.5, 500), [1e6, 9999999.4999, 9999999.5]])
+    values = np.concatenate([values, np.nextafter(values, 0.0), [0.0, np.nan, np.inf]]) * rng.choice([-1.0, 1.0])
+    with np.errstate(all="ignore"):  # beyond the largest number
+        values = values * 1e-6 * 10.0**power
+    line = reduce_panel(Panel("", "", "", tuple(Line(x, x) for x in values.reshape(-1, 1)))).items
+    read = [float(f"{v:.7g}") for v in values.tolist()]
+    assert np.array_equal([item.y[0] for item in line if isinstance(item, Line)], read, equal_nan=True)
+
+
 def test_panels_survive_json() -> None:
     panels = {"b": EVERYTHING, "a": MAPS, **certificate_help.panels()}
     small = {name: reduce_panel(panel) for name, panel in panels.items()}

@@ -16,11 +16,14 @@ from checks.gap.decision.evidence import BEYOND_CHANCE, NameEvidence, is_small_b
 from checks.gap.decision.gates import GATES, Claim, gates_of
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
+from checks.gap.modelling.element import element
 from checks.gap.modelling.thresholds import THRESHOLDS
+from checks.gap.modelling.unmodelled_modes import MODE, unmodelled_modes
 from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.adequacy import Adequacy, ExcessBand
+from checks.model import is_mode_factor
 from tests.checks.gap.shared.gap_cases import drawn, recorded
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set
@@ -206,3 +209,22 @@ def test_without_it_the_rest_is_fitted_again_and_keeps_its_rivals() -> None:
     assert reduced.best.adequate
     assert reduced.best.at["sensor_highpass.f_Hz"] == pytest.approx(5.0, rel=0.05)
     assert reduced.rivals == (rival,)
+
+
+@pytest.mark.parametrize("of_path", [True, False])
+def test_an_element_seen_in_one_channel_alone_is_compared_with_the_filters_there(of_path: bool) -> None:
+    """Red while it was no element by the channel alone: a damper across the axis acts on de by more than noise and
+    tolerance, on da and Vs by less, and no filter of de comes near it."""
+    sds = {n: sd for n, sd in drawn(3).sds.items() if not is_mode_factor(n)}
+    model, damper = replace(drawn(3), tolerance=0.01, sds=sds), element("bottom_interface", "y", "damper")
+    hidden = model if of_path else model.with_elements({"element.bottom_interface.y.damper_N_s_per_m": 10.0})
+    A, B = (recorded(hidden, seed) for seed in (6, 7))
+    if of_path:
+        bump = MODE.factor({"f_Hz": 190.0, "ratio": -0.01, "damping_ratio": 0.02}, 2j * np.pi * A.f)
+        A, B = (replace(d, H=d.H * np.where(np.array(d.channels) == "de", bump[:, None], 1.0)) for d in (A, B))
+    search = Search(A, B, unmodelled_modes(A.channels), THRESHOLDS, lambda _: None)
+    base = search.begin(Augmented(model), {})
+    c = search.begin(base.response.with_member(damper), {f"{damper.name}.c_N_s_per_m": 10.0})
+    evidence = NameEvidence(damper, search, SearchResult(base, c, (), ()), c, None, None)
+    assert evidence.acting_on == ("de",)
+    assert evidence.is_any_filter is of_path

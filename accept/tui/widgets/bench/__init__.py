@@ -1,1 +1,1 @@
-"""What the first screen shows of a bench: its units, what waits, the week, a choice of kinds."""
+"""The widgets of the first screen: the units of the bench, what waits, the week, a choice of kinds."""

@@ -1,4 +1,4 @@
-"""What stands around the units of a bench, as text: who works where with which instruments, what waits, the week."""
+"""The cards around the units of a bench, as text: who works where with which instruments, what waits, the week."""
 
 from collections.abc import Mapping
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""The units of a bench: a table of them, and the one under its cursor with what was found at it."""
+"""The units of a bench: a table of them, and the findings at the one under its cursor."""
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
@@ -128,7 +128,7 @@ class UnitsTable(PointedTable):
 
 
 def state_words(unit: "KnownUnit") -> Text:
-    """Return where a unit stands, in the colour of what it means; of a held one also why."""
+    """Return the state of a unit in its colour; of a held one also the reason."""
     if unit.waits_for_qa:
         return Text(f"HELD  {unit.held_by}" if not unit.verdict and unit.held_by else unit.state, _RED)
     if unit.verdict:

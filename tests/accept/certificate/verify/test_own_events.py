@@ -1,6 +1,7 @@
 """A technician with a patched program who adds events to the bench's store, sets its clock back, or uses another bench:
-what a clean program says of what he signed."""
+what a clean program says of what he signed. And somebody without a key, who edits, deletes and puts back files."""
 
+import hashlib
 import re
 import shutil
 import sqlite3
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 from cryptography.hazmat.primitives.asymmetric import ec
 
+from accept.base.documents.results import UnitHeader
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.batch import services
@@ -22,6 +24,8 @@ from accept.certificate.trust import authority, commissioning, keys, revocation
 from accept.certificate.trust.commissioned import claim_of, is_proven
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
+from accept.fleet.golden_check import check
+from accept.judging.reservations import parts_below
 from accept.store import START, open_store
 from accept.store.opening import DATABASE
 from accept.store.payloads import (
@@ -626,3 +630,124 @@ def test_the_documentation_says_of_every_kind_of_event_what_it_may_end() -> None
     table = text.partition("| kinds of event |")[2].partition("\n\n")[0]
     listed = [name for row in table.splitlines()[2:] for name in re.findall(r"`(\w+)`", row.split("|")[1])]
     assert sorted(listed) == sorted(KINDS)
+
+
+def built(place: Path, serial: str, part: str, stroke: float = 366.2, sensor: float = 4.95) -> Path:
+    """Certified with a part."""
+    pdf, folder = place / f"{serial}.pdf", unit(place / serial, serial=serial, stroke=stroke, sensor=sensor)
+    with folder.joinpath("unit.toml").open("a") as file:
+        file.write(f'[parts]\napa = "{part}"\n')
+    accept("report", folder, "--spec", "apa-basic", "--out", pdf, "--reason", "built in")
+    return pdf
+
+
+def loose(path: Path) -> Path:
+    own_spec(path).write_text(path.read_text().replace("lower = 304.0", "lower = 1.0"))
+    return path
+
+
+def test_a_part_by_a_spec_that_nobody_approved(tmp_path: Path) -> None:
+    spec = loose(tmp_path / "mine.toml")
+    certified(tmp_path, "A-1", serial="A-1", stroke=150.5, spec=str(spec))
+    done = verified(built(tmp_path, "S-1", "A-1"))
+    assert plainly(done)
+    assert "S-1 accepted; 'apa A-1': was accepted by 'mine', spec NOT APPROVED; " in done.stdout
+    assert accept("spec", "approve", spec).exit_code == 0
+    assert "NOT APPROVED" not in verified(tmp_path / "S-1.pdf").stdout
+
+
+def test_a_part_of_a_part_that_was_rejected_since(tmp_path: Path) -> None:
+    certified(tmp_path, "K-1", serial="K-1", sensor=4.97)
+    built(tmp_path, "A-1", "K-1")
+    pdf = built(tmp_path, "S-1", "A-1", stroke=364.1, sensor=4.91)
+    assert plainly(verified(pdf))
+    certified(tmp_path, "K-1", serial="K-1", stroke=150.2, sensor=4.93)
+    doubted(verified(pdf), "casts doubt on its parts: A-1's apa K-1 was judged 'rejected' on ")
+    done = verified(built(tmp_path, "S-2", "A-1", stroke=361.1, sensor=4.92))
+    assert done.stdout.startswith("valid: S-2 conditional;")
+
+
+def test_a_part_that_is_left_out_of_a_new_measurement(tmp_path: Path) -> None:
+    """Of the unit, and of a part, also by a judgement that nobody made."""
+    built(tmp_path, "A-1", "K-1")
+    certified(tmp_path, "A-1", serial="A-1", stroke=361.1, sensor=4.93)
+    left_out = "was judged with 'apa K-1' before and names nothing in the place now"
+    assert f"A-1 accepted; it {left_out}; " in verified(tmp_path / "A-1.pdf").stdout
+    assert f"S-1 accepted; 'apa A-1': {left_out}; " in verified(built(tmp_path, "S-1", "A-1", stroke=364.1)).stdout
+
+
+def test_parts_that_name_each_other_are_asked_once(tmp_path: Path) -> None:
+    """By way of each of two parts on every level there would be two to the power of twenty."""
+    certified(tmp_path, "A-1", serial="A-1")
+    known, last = events("A-1", UnitJudged.KIND)[-1], ["A-1"]
+    for level in range(20):
+        with open_store() as store:
+            now, parts = [f"L{level}-L", f"L{level}-R"], {f"p{n}": part for n, part in enumerate(last)}
+            for serial in now:
+                store.append(
+                    known.what, serial, known.data | {"result": known.data["result"] | {"parts": parts}}, who="A"
+                )
+        last = now
+    started = time.process_time()
+    with open_store() as store:
+        found = [*parts_below(store, UnitHeader(serial="S-1", kind="apa", parts={"l": last[0], "r": last[1]}))]
+    assert len(found) == 2 + 19 * 4 + 2
+    assert time.process_time() - started < 5.0  # 0.1 s
+
+
+def test_a_certificate_of_another_unit_is_kept(tmp_path: Path) -> None:
+    pdf = certified(tmp_path, "A-1", serial="A-1")
+    before = pdf.read_bytes()
+    accept("report", unit(tmp_path / "A-2", "A-2", 4.92, 361.1), "--spec", "apa-basic", "--out", pdf)
+    assert (tmp_path / "A-1_superseded-1.pdf").read_bytes() == before
+    assert "A-2 accepted" in verified(pdf).stdout
+
+
+def test_a_unit_is_no_part_of_itself(tmp_path: Path) -> None:
+    assert "S-1 conditional;" in verified(built(tmp_path, "S-1", "s-1")).stdout
+    built(tmp_path, "A-1", "A-2")
+    assert "A-2 conditional;" in verified(built(tmp_path, "A-2", "A-1", stroke=361.1, sensor=4.92)).stdout
+
+
+def test_a_newer_approval_that_was_deleted(tmp_path: Path) -> None:
+    """The store has it, with its signature."""
+    old, new = loose(tmp_path / "mine.toml"), tmp_path / "new" / "mine.toml"
+    new.parent.mkdir()
+    new.write_text(old.read_text().replace("lower = 1.0", "lower = 300.0"))
+    assert accept("spec", "approve", old).exit_code == 0
+    time.sleep(1.1)  # an approval has whole seconds
+    assert accept("spec", "approve", new).exit_code == 0
+    (home() / "approved-specs" / f"{hashlib.sha256(new.read_bytes()).hexdigest()}.json").unlink()
+    done = verified(certified(tmp_path, "A-1", stroke=150.5, spec=str(old)))
+    assert "a newer version of its spec was approved on " in done.stdout
+
+
+def test_a_laboratory_that_was_put_away(tmp_path: Path) -> None:
+    laboratory = home() / "laboratory.toml"
+    laboratory.write_text('name = "Laboratory"\naddress = "Street 1"\n')
+    assert "NOT AUTHORISED" in verified(certified(tmp_path, "A-1", serial="A-1")).stdout
+    laboratory.rename(tmp_path / "away")
+    pdf = certified(tmp_path, "A-2", serial="A-2", stroke=361.1, sensor=4.92)
+    (tmp_path / "away").rename(laboratory)
+    assert "A-2 accepted; its bench named a laboratory before, last on " in verified(pdf).stdout
+
+
+def test_a_number_of_a_certificate_is_no_format_of_a_program(tmp_path: Path) -> None:
+    """It would take as much memory as it says."""
+    for between in ("{year:>3999999999}", "{year.__class__}", "{attempt!r}", "{year:{attempt}}"):
+        (home() / "laboratory.toml").write_text(f'certificate_number = "{{serial}}/{{attempt}}{between}"\n')
+        done = accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", tmp_path / "A-1.pdf")
+        assert done.exit_code == 6, done.output
+        assert "certificate_number" in done.output
+
+
+def test_a_golden_unit_whose_old_folder_is_judged_again_was_not_measured(tmp_path: Path) -> None:
+    certified(tmp_path, "G-1", serial="G-1")
+    assert accept("golden", "name", "G-1", "--expect", "accepted").exit_code == 0
+    since = datetime.now(UTC)
+    certified(tmp_path, "G-1", serial="G-1")
+    with open_store() as store:
+        assert not check(store, since, "Ada")[0].measured
+    certified(tmp_path, "G-1", serial="G-1", sensor=4.992, last=-3.9)
+    with open_store() as store:
+        assert check(store, since, "Ada")[0].measured

@@ -5,7 +5,14 @@ import pytest
 from scipy import stats
 
 from accept.fleet.process_control.control_chart import SHIFT, VALUE
-from accept.fleet.process_control.self_starting import BEFORE, part_chart, score, sums_limit
+from accept.fleet.process_control.self_starting import (
+    BEFORE,
+    FEWEST,
+    findable_change,
+    part_chart,
+    score,
+    sums_limit,
+)
 
 CHANCE = 0.02
 REPEATABILITY = 0.0022  # of the gauge of the quarter
@@ -47,9 +54,9 @@ def drifting(rng: np.random.Generator, before: int, a_week: int) -> tuple[np.nda
     ("before", "a_week", "least", "most"),
     [
         (0, 4, 0.95, 1.0),  # each shift: 99 %
-        (5, 2, 0.64, 1.0),  # 77 %, and in 10 % more with an end or a beginning that is too far off
-        (0, 2, 0.40, 0.70),  # 55 %
-        (0, 1, 0.00, 0.05),  # three Mondays before the drift know the spread to 50 %: below what can be found
+        (5, 2, 0.83, 1.0),  # 93 %, and in 6 % more with an end or a beginning that is too far off
+        (0, 2, 0.88, 1.0),  # 95 %
+        (0, 1, 0.23, 0.55),  # 38 %: three Mondays before the drift know the spread to 50 %
     ],
 )
 def test_a_drift_of_a_gauge_is_found_if_the_unit_is_measured_each_shift(before, a_week, least, most):
@@ -97,3 +104,14 @@ def test_a_gross_value_just_after_a_shift_is_not_a_good_one():
     x[40:52] += 5.0
     x[53] -= 12.0
     assert (VALUE, 53) in [(alarm.rule, alarm.first) for alarm in part_chart(x, CHANCE).alarms]
+
+
+@pytest.mark.parametrize("n", [13, 30])
+def test_a_chart_finds_the_changes_that_it_says_it_finds(n):
+    """Of the later half, at the chance of one of five quantities: nine of ten. 100 charts: 3 sd of 90 is 9."""
+    rng, half = np.random.default_rng(n), n // 2
+    for size, shape in zip(findable_change(n), (np.ones(half), np.arange(1, half + 1) / half), strict=True):
+        off = np.concatenate([np.zeros(n - half), size * shape])
+        charts = (part_chart(rng.standard_normal(n) + off, CHANCE / 5) for _ in range(100))
+        assert sum(any(a.rule == SHIFT for a in made.alarms) for made in charts) >= 81
+    assert findable_change(FEWEST - 1) is None

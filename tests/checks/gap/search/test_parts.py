@@ -85,6 +85,15 @@ def test_a_sound_strut_is_an_agreement(seed: int) -> None:
     assert not said(inputs(draw(rng), {}, rng))
 
 
+@pytest.mark.parametrize("seed", [150, 208])
+def test_a_mode_that_was_missed_on_the_way_is_put_in_its_place(seed: int) -> None:
+    """Red while it was looked for only where the fit had ended: gains fallen by half hide its peak there, and G of de
+    and da is above a thousand."""
+    rng = np.random.default_rng(seed)
+    problem = prepare(inputs(draw(rng), {}, rng), THRESHOLDS)
+    assert calibrate(search_on(problem, lambda _: None, Effort(THRESHOLDS.effort)), problem).adequate
+
+
 def test_the_payload_of_a_folder_is_as_sure_as_its_uncertainty() -> None:
     weighed = as_weighed(open_model_file(AS_BUILT), "S-01", 5.74, 0.006).model
     assert (weighed.values["bench.payload_kg"], weighed.sds["bench.payload_kg"]) == (5.74, 0.003)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from checks.signals.sketch import Sketch, _running
+from checks.signals.sketch import Sketch, Sketches, _running
 
 RNG = np.random.default_rng(5)
 T = np.arange(20_000) / 1000.0
@@ -165,3 +165,26 @@ def test_running_extremes_are_those_of_scipy(width: int) -> None:
     x = np.round(np.random.default_rng(width).standard_normal(700), 1)
     assert np.array_equal(_running(np.maximum, x, width), ndimage.maximum_filter1d(x, 2 * width + 1))
     assert np.array_equal(_running(np.minimum, x, width), ndimage.minimum_filter1d(x, 2 * width + 1))
+
+
+def test_many_are_compared_at_once_as_one_by_one() -> None:
+    """Copies of every kind of several records, honest repeats, a channel at rest between pulls, one with three other
+    samples, one far from zero that was written with five digits, eight hashes of noise in common, and sketches that
+    no program writes: of equal values, without anything."""
+    fine, coarse, at_rest = measured(2e-4, 1), measured(2e-4, 2, 1e-7), np.where(T < 15, 0.0, measured(1e-3, 3))
+    stored = [how(x) for how in STORED.values() for x in (fine, coarse, at_rest)]
+    cut = [how(x) for how in COPIES.values() for x in (excited(1), excited(4, 95.1, 0.0))]
+    again = [measured(2e-4, 9, 1e-7), np.where(T < 15, 0.0, measured(1e-3, 8)), excited(2), excited(3, 95.1)]
+    found = [s for x in (*stored, *cut, *again, fine, excited(1)) if (s := Sketch.of(x)) is not None]
+    made = [Sketch(np.ones(64), ""), Sketch(np.zeros(0), ""), Sketch(np.zeros(0), found[1].levels)]
+    values, hashes = found[0].values, np.arange(128, dtype="<u4")
+    spoiled = np.where(np.isin(np.arange(64), (0, 9, 63)), 1.0, values)
+    far = 1.0 + 40.0 * values  # spans two thousandths: its fifth digit is more than 1e-5 of that
+    made += [Sketch(x, "") for x in (values, spoiled, far, digits(5)(far))]
+    made += [Sketch(np.zeros(0), "", noise=(hashes[n:][:64],)) for n in (0, 56, 57)]
+    ours, theirs = [*found[::2], *made], [*found[1::2], *made]
+    with np.errstate(invalid="ignore"):
+        same = [(n, m) for n, a in enumerate(ours) for m, b in enumerate(theirs) if a.same(b)]
+        assert Sketches(ours).same(Sketches(theirs)) == same
+    assert len(found) < 3 * len(same) < len(ours) * len(theirs)  # many copies, and more that are told apart
+    assert Sketches([]).same(Sketches(theirs)) == Sketches(theirs).same(Sketches([])) == []
