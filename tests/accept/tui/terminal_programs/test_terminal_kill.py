@@ -103,10 +103,10 @@ def stands_at(attempt: Attempt | None) -> int | None:
 def begin(ann: Technician) -> None:
     ann.at.wait_for("Scan a serial")
     ann.at.type(SERIAL)
-    ann.at.wait_for(f"Enter (begins|goes on with|opens) {SERIAL}")
+    ann.at.wait_for(f"({SERIAL} is a new unit|Enter (begins|opens) {SERIAL})")
     ann.at.press("Enter")
-    if "another kind" in ann.at.wait_for("Enter: open the step|another kind")[0]:
-        ann.at.press("Enter")  # it is as proposed
+    if "step" not in ann.at.wait_for(r"Enter: open the step|Enter: begin it\. Esc|another kind")[0]:
+        ann.at.press("Enter")  # a new one is as proposed
     ann.at.wait_for("Enter: open the step")
 
 
