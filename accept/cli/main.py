@@ -198,7 +198,11 @@ def options(
     verbose: Annotated[
         int,
         typer.Option(
-            "--verbose", "-v", count=True, help="Log what is read and opened to stderr; -vv: also every byte on lines."
+            "--verbose",
+            "-v",
+            count=True,
+            show_default=False,
+            help="Log what is read and opened to stderr; -vv: also every byte on lines.",
         ),
     ] = 0,
 ) -> None:

@@ -12,28 +12,15 @@ from reportlab.platypus import Flowable, Image, KeepTogether, Paragraph, Spacer,
 
 from accept import units
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.statements import statements
-from accept.certificate.page.clauses import (
-    days_words,
-    entered_words,
-    environment_words,
-    item_words,
-    limit_sources,
-    operator_words,
-    provided_words,
-    rule_words,
-)
+from accept.certificate.page.clauses import compared_rows, identity_rows, limit_sources, rule_words
 from accept.judging.advice import stored_advice
 from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words, label_of
 from accept.pictures.pdf import numbers, page_style
 from accept.pictures.pdf.limit_bar import limit_bar
 from accept.pictures.pdf.page_style import words
-from accept.store.decisions import stated_words
 from checks.acceptance import CHECKS
 
 LONGEST_REASON = 700  # characters; a row of a table must fit a page, the whole text is in results.json
-COMPARED = ("Store", "Bench")  # rows that a program compares and no reader needs
-_HASH = re.compile(r"(?<=sha256 )([0-9a-f]{12})[0-9a-f]{52}")
 _JPEG = b"\xff\xd8"  # how such a file begins
 _PICTURE = (110 * mm, 75 * mm)  # the most that one takes of the page
 _FINDING_WIDTHS = [w * mm for w in (41, 35, 30, 26, 13, 16, 21)]
@@ -42,33 +29,13 @@ _INFORMATION_WIDTHS = [w * mm for w in (34, 44, 40, 64)]
 
 
 def identity(contents: CertificateContent) -> list[Flowable]:
-    """Return who and what the certificate is about: laboratory, spec, operator, instruments, item. Hashes are
-    shortened: whole ones stand behind all that was measured."""
-    parts = contents.result.get("parts") or {}
-    rows = [
-        *(("Decided", decided) for decided in stated_words(contents.result.get("dispositions", ()))),
-        *((row, _HASH.sub(r"\1", text)) for row, text in statements(contents).items() if row not in COMPARED),
-        ("Operator", operator_words(contents)),
-        ("Instruments", instruments_words(contents) or "none named by the spec"),
-        ("Parts", _pairs_text(parts)),
-        ("Item", item_words(contents.result)),
-        ("Measured", days_words(contents.result)),
-        ("Environment", environment_words(contents.result)),
-        ("Entered", entered_words(contents)),
-        ("Provided", provided_words(contents.result)),
-    ]
-    return [_rows(rows)]
+    """Return who and what the certificate is about: laboratory, spec, operator, instruments, item."""
+    return [_rows(identity_rows(contents))]
 
 
 def compared(contents: CertificateContent) -> list[Flowable]:
     """Return what a program compares and no reader needs: hash of the spec, state of the store, bench, inputs."""
-    attached = sum(name in contents.files for name in contents.inputs)
-    rows = [
-        ("Spec", f"sha256 {contents.spec_sha256}"),
-        *((row, text) for row, text in statements(contents).items() if row in COMPARED),
-        ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
-    ]
-    return [words("How this certificate is checked", page_style.HEADING), _rows(rows)]
+    return [words("How this certificate is checked", page_style.HEADING), _rows(compared_rows(contents))]
 
 
 def _rows(rows: Sequence[tuple[str, str]]) -> Table:
@@ -242,25 +209,10 @@ def _shorten(text: str, longest: int = LONGEST_REASON) -> str:
     return text if len(text) <= longest else text[:longest] + " … (whole text in results.json)"
 
 
-def instruments_words(contents: CertificateContent) -> str:
-    """Return the instruments as the bench file states them; of checks without an entry there, those of the spec."""
-    used: dict[str, str] = {}
-    for row in (contents.result.get("calibration") or {}).get("instruments", ()):
-        who = " ".join(str(word) for word in (row["model"], row["serial"]) if word) or str(row["name"])
-        used[row["check"]] = f"{used[row['check']]}, {who}" if row["check"] in used else who
-    by_spec = " (named by the spec)" if used else ""
-    named = {check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used
-    return _pairs_text({check_label(check): words for check, words in named.items()})
-
-
 def _of_check(line: str) -> str:
     name = re.match(r"\w+", line)
     known = name is not None and name[0] in CHECKS
     return f"{check_label(name[0])}{line[name.end() :]}" if name is not None and known else line
-
-
-def _pairs_text(entries: Mapping[str, str]) -> str:
-    return "; ".join(f"{name}: {text}" for name, text in sorted(entries.items()))
 
 
 def padding(vertical: float, left: float) -> Sequence[tuple[Any, ...]]:

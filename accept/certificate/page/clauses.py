@@ -1,22 +1,55 @@
-"""The statements of a laboratory's report beside its results ([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as they are
-known."""
+"""The rows and sentences of a certificate's pages: the statements of a laboratory's report beside its results
+([ISO17025] 7.8.2, 7.8.3 and 7.8.6), as far as they are known."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from accept import units
 from accept.base.names import shown_name
 from accept.certificate.contents.content import CertificateContent
+from accept.certificate.contents.statements import statements
 from accept.judging import section_read_by
 from accept.pictures.labels import check_label, input_words, stated_inputs
+from accept.store.decisions import stated_words
 from checks.verdict import RULES
 from specs.files import UNIT_FILE
 from specs.strict import toml_of
 
 COVERAGE = "U is the expanded uncertainty with k = 2, a coverage of about 95 % for a normal distribution."
 SCOPE = "The results relate only to the item tested. This certificate may be copied as a whole only."
+COMPARED = ("Store", "Bench")  # statements that a program compares and no reader needs
 CUSTOMER = "customer"  # in [provided] of unit.toml
+_HASH = re.compile(r"(?<=sha256 )([0-9a-f]{12})[0-9a-f]{52}")
 _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("relative humidity", "%")}
+
+
+def identity_rows(contents: CertificateContent) -> list[tuple[str, str]]:
+    """Return the rows below the verdict, name and words. Hashes are shortened: whole ones stand behind all that was
+    measured."""
+    parts = contents.result.get("parts") or {}
+    return [
+        *(("Decided", decided) for decided in stated_words(contents.result.get("dispositions", ()))),
+        *((row, _HASH.sub(r"\1", text)) for row, text in statements(contents).items() if row not in COMPARED),
+        ("Operator", operator_words(contents)),
+        ("Instruments", instruments_words(contents) or "none named by the spec"),
+        ("Parts", _pairs_text(parts)),
+        ("Item", item_words(contents.result)),
+        ("Measured", days_words(contents.result)),
+        ("Environment", environment_words(contents.result)),
+        ("Entered", entered_words(contents)),
+        ("Provided", provided_words(contents.result)),
+    ]
+
+
+def compared_rows(contents: CertificateContent) -> list[tuple[str, str]]:
+    """Return the rows that a program compares and no reader needs."""
+    attached = sum(name in contents.files for name in contents.inputs)
+    return [
+        ("Spec", f"sha256 {contents.spec_sha256}"),
+        *((row, text) for row, text in statements(contents).items() if row in COMPARED),
+        ("Record", f"{attached} of {len(contents.inputs)} input files attached; the hash of each in manifest.json"),
+    ]
 
 
 def operator_words(contents: CertificateContent) -> str:
@@ -113,3 +146,18 @@ def rule_words(result: Mapping[str, Any]) -> str:
     used = dict.fromkeys(finding["rule"] for finding in result["findings"])
     decision = "".join(f"Decision rule {r}: a finding passes if {RULES[r]}. " for r in RULES if r in used)
     return f"{decision}{COVERAGE} {SCOPE}"
+
+
+def instruments_words(contents: CertificateContent) -> str:
+    """Return the instruments as the bench file states them; of checks without an entry there, those of the spec."""
+    used: dict[str, str] = {}
+    for row in (contents.result.get("calibration") or {}).get("instruments", ()):
+        who = " ".join(str(word) for word in (row["model"], row["serial"]) if word) or str(row["name"])
+        used[row["check"]] = f"{used[row['check']]}, {who}" if row["check"] in used else who
+    by_spec = " (named by the spec)" if used else ""
+    named = {check: f"{words}{by_spec}" for check, words in contents.instruments.items()} | used
+    return _pairs_text({check_label(check): words for check, words in named.items()})
+
+
+def _pairs_text(entries: Mapping[str, str]) -> str:
+    return "; ".join(f"{name}: {text}" for name, text in sorted(entries.items()))

@@ -10,8 +10,7 @@ from accept.certificate import LABORATORY_FILE, laboratory_of, missing_statement
 from accept.certificate.contents.content import read
 from accept.certificate.contents.laboratory import number_of, statement_of
 from accept.certificate.contents.statements import changes_words, statements
-from accept.certificate.page.body import instruments_words
-from accept.certificate.page.clauses import entered_words, provided_words
+from accept.certificate.page.clauses import entered_words, instruments_words, provided_words
 from accept.certificate.trust import keys
 from accept.store import Store, open_store
 from accept.store.payloads import BenchStated, CertificateSigned
