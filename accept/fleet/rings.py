@@ -1,7 +1,7 @@
 """One chance of a false ring for all charts of a page, so that a quiet quarter is quiet.
 
-A chart has a chance of its own to raise an alarm without a cause, for somebody who watches that one quantity. Five of
-them, of each bench and lot, golden units beside them, ring too often for somebody who reads all. What is as rare as
+A chart has a chance of its own to raise an alarm without a cause, for a person who watches that one quantity. Five of
+them, of each bench and lot, golden units beside them, ring too often for a person who reads all. What is as rare as
 their shared chance demands rings; what only its own chart finds rare is to be watched.
 
 The chance is divided by Bonferroni's inequality, which holds for charts of the same units too: half for the charts of

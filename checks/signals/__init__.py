@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from checks.signals.interpolation import error_notes
     from checks.signals.mode_shifts import ModeShift
     from checks.signals.record_response import Estimator, EstimatorSettings, RecordResponse
-    from checks.signals.sketch import Sketch, Sketches
+    from checks.signals.sketch import Sketch
     from checks.signals.spectral.bode import bode
     from checks.signals.spectral.conjugate import conjugate_resonances
     from checks.signals.spectral.frf import Frf

@@ -102,6 +102,11 @@ class Sketch:
         return cls(values, levels, swings, (even, odd), tuple(noise))
 
     @classmethod
+    def parse_all(cls, texts: Sequence[str]) -> "Sketches":
+        """Return the sketches that `str` wrote, to compare all of them at once. Raises ValueError."""
+        return Sketches([*map(cls.parse, texts)])
+
+    @classmethod
     def of(cls, x: Array) -> "Sketch | None":
         """Return the sketch of a channel (N,), None if it is not distinctive: a constant, or one of a few levels."""
         if x.size < SAMPLES or (np.unique(x[: 20 * SAMPLES]).size < 2 and np.unique(x).size < FEW):

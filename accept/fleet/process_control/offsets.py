@@ -20,7 +20,7 @@ OF = ("instrument", "bench", "operator")
 
 
 @dataclass(frozen=True, eq=False)
-class Offset:
+class MeterOffset:
     """Values at (n,) of a place read more by size than those of others beside them; error: its standard deviation;
     chance: of such a difference, of any of the places that were compared, without a cause."""
 
@@ -31,25 +31,25 @@ class Offset:
     chance: float
 
 
-def largest_offset(values: Array, places: Mapping[str, Labels], blocks: NDArray[np.intp]) -> Offset | None:
+def largest_offset(values: Array, places: Mapping[str, Labels], blocks: NDArray[np.intp]) -> MeterOffset | None:
     """Return the least likely offset of values (N,) that vary about a level; None if no two places measured beside each
     other.
 
     blocks (N,): number of what values have in common that are compared, a day and a lot."""
     kept = np.flatnonzero(np.abs(values - np.median(values)) <= GROSS_SIGMAS * robust_sigma(values))
-    tests, found = 0, list[Offset]()
+    tests, found = 0, list[MeterOffset]()
     for column, names in _partitions(places).items():
         labels = places[column][kept]
         compared = [_of_place(values[kept], labels == name, blocks[kept]) for name in names]
         known = [(name, one) for name, one in zip(names, compared, strict=True) if one is not None]
         tests += len(known) if len(names) > 2 else min(len(known), 1)  # of two, both are one comparison
         found += [
-            Offset(np.flatnonzero(places[column] == name), (column, name), size, error, chance)
+            MeterOffset(np.flatnonzero(places[column] == name), (column, name), size, error, chance)
             for name, (size, error, chance) in known
         ]
-    # Of two that differ nobody knows which is wrong: the last one by name reads more or less than the first.
+    # Of two that differ it is not known which is wrong: the last one by name reads more or less than the first.
     best = min(reversed(found), key=lambda each: each.chance, default=None)
-    return best and Offset(best.at, best.place, best.size, best.error, min(1.0, tests * best.chance))
+    return best and MeterOffset(best.at, best.place, best.size, best.error, min(1.0, tests * best.chance))
 
 
 def _partitions(places: Mapping[str, Labels]) -> dict[str, list[str]]:

@@ -14,7 +14,7 @@ from accept.fleet.process_control.spread import about_level, robust_sigma
 from checks.arrays import Array
 
 AS_MEASURED = ""
-NEARLY = 1e-6  # p of the test of normality below which a scale is none: two populations are normal on no scale
+NEARLY = 1e-6  # p of the test of normality below which no scale is taken: two populations are normal on no scale
 POWERS = {AS_MEASURED: 1.0, "square root": 1 / 2, "cube root": 1 / 3, "logarithm": 0.0}
 
 

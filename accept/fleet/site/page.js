@@ -135,7 +135,7 @@ function drawTrend(rows) {
   }
 }
 function drawHappenings() {
-  $("rings").textContent = `${F.rings.alarms} alarms ring, ${F.rings.watched} more are to be watched. Where nothing changed, anything rings on ${100 * F.rings.chance} % of such pages; what is to be watched is rare for its own chart alone.`;
+  $("rings").textContent = `${F.rings.alarms} alarms ring, ${F.rings.watched} more are to be watched; in charts by bench and lot ${F.rings.of_groups} ring. Where nothing changed, anything rings on ${100 * F.rings.chance} % of such pages; what is to be watched is rare for its own chart alone.`;
   const [from, to] = ["from", "to"].map((id) => $(id).value), body = $("happened").tBodies[0]; body.replaceChildren();
   for (const h of F.happenings.filter((each) => (!from || each.day >= from) && (!to || each.day <= to))) {
     const row = node("tr"); row.append(...["day", "kind", "unit", "who", "words"].map((key) => node("td", h[key]))); body.append(row);

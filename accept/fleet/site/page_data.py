@@ -65,8 +65,8 @@ def document(
     """Return judgements: a row per judgement in the order of the store, its findings as lists in the order of `FINDING`
     and `SHOWN`; quantities: name -> unit as people write it; labels: name -> words; trends: quantity -> column ->
     what `accept trend` states; goldens: quantity -> alarms of the charts of golden units; golden_notes: what those can
-    find; rings: the chance that the page rings without a cause, how many alarms do, how many are to be watched, and
-    those of golden units that ring; curves: title ->
+    find; rings: the chance that the page rings without a cause, how many alarms of all and of golden units do, how many
+    are to be watched, how many of groups ring, and those of golden units that do; curves: title ->
     [{serial, x, y}] with the axes' labels; of: how many judgements the store holds; golden: how many of those shown are
     of golden units; head: its last event; made: when. out: folder of the page, from which certificates are linked.
     last: how many judgements are shown, the last ones. since, until: only what was measured on these days, alarms too;
@@ -123,7 +123,8 @@ def document(
     off = [(g.quantity, g.words(a), a.rings) for g, a, doubt in alarms if doubt.is_between(since, until)]
     unlike = unlike_values(frame[within])
     charts = {name: _trends(frame, store, name, within, unlike) for name in units}
-    rang = [a["rings"] for of in charts.values() for groups in of.values() for g in groups for a in g["alarms"]]
+    found = [(by, a["rings"]) for of in charts.values() for by, gs in of.items() for g in gs for a in g["alarms"]]
+    rang = [rings for by, rings in found if by == "all"]
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
@@ -134,6 +135,7 @@ def document(
             "chance": OF_A_PAGE,
             "alarms": sum(rang) + sum(rings for *_, rings in off),
             "watched": len(rang) - sum(rang) + sum(not rings for *_, rings in off),
+            "of_groups": sum(rings for by, rings in found if by != "all"),
             "goldens": [words for _, words, rings in off if rings],
         },
         "happenings": happenings(store, since or date.min, until or date.max, charts, goldens),

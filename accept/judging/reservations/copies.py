@@ -20,7 +20,7 @@ from accept.store import TABLE, Event, Store
 from accept.store.decisions import Opens, problem_here, recording_party, sign_decision
 from accept.store.payloads import CopiesResolved, UnitJudged
 from accept.units import attempt_number
-from checks.signals import Sketch, Sketches
+from checks.signals import Sketch
 from specs.errors import AcceptError
 
 Channels = Mapping[str, str]
@@ -64,9 +64,8 @@ def same_recordings(ours: Samples, theirs: Samples) -> list[tuple[str, str]]:
     return [(a, b) for a in ours for b in theirs if (a, b) in found]
 
 
-@lru_cache(maxsize=128)  # a batch, or a verification of many certificates, compares each with many
-def _sketches(texts: tuple[str, ...]) -> Sketches:
-    return Sketches([*map(Sketch.parse, texts)])
+# a batch, or a verification of many certificates, compares each with many
+_sketches = lru_cache(maxsize=128)(Sketch.parse_all)
 
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:

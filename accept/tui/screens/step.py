@@ -361,7 +361,7 @@ class StepScreen(Page):
             given, wanted = counted(d.form, d.facts.state)
             optional = f"{len(d.lines) - wanted} optional" if len(d.lines) > wanted else ""
             others = ", ".join(form.name for form in self.step.check.forms if form is not d.form)
-            words = [f"{given} of {wanted}", optional, f"^F: {others}" if others else ""]
+            words = [f"{given} of {wanted}", f"^F: {others}" if others else "", optional]  # the end may be cut
             entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
 
     def on_input_changed(self) -> None:

@@ -26,6 +26,7 @@ from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.card import Card
+from accept.tui.widgets.findings import note_line
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
@@ -259,7 +260,7 @@ class Summary(Scanning):
         self.query_one("#found").border_subtitle = f"{passed} of {len(d.findings)} pass"
         notes = self.query_one("#noted")
         notes.display, notes.border_subtitle = bool(d.notes), f"{len(d.notes)}, on the certificate"
-        self.query_one("#typed", Static).update(pretty("\n".join(d.notes)))
+        self.query_one("#typed", Static).update(note_line("\n".join(d.notes)))
         self._show_table(d.worst)
 
     def _show_table(self, row: int) -> None:
@@ -269,7 +270,7 @@ class Summary(Scanning):
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
         taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
         room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
-        room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # rows are scrolled there
+        room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # of rows
         said = max(map(len, (_COLUMNS[-1], *words)))
         worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
         gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))

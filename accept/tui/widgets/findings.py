@@ -92,7 +92,12 @@ def findings_text(
 
 def notes_text(judgement: StepJudged) -> Text:
     """Return what a judgement notes beside its findings, a line each."""
-    return Text("\n".join(f"· {pretty(note)}" for note in judgement.notes), "dim")
+    return Text("\n".join(f"· {note_line(note)}" for note in judgement.notes), "dim")
+
+
+def note_line(note: str) -> str:
+    """Return a note with signs for its units and roots. On paper, where words are compared, roots stay words."""
+    return pretty(note).replace("sqrt ", "√")
 
 
 def _widths(findings: Sequence[Finding]) -> tuple[int, int]:

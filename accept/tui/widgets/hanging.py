@@ -1,8 +1,8 @@
 """Text whose long lines go on below their own first letter, not at the left edge."""
 
 import re
-from collections.abc import Callable, Iterable, Iterator
-from itertools import takewhile, zip_longest
+from collections.abc import Callable, Iterator
+from itertools import zip_longest
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -71,7 +71,7 @@ class Hanging(Static):
             self.refresh(layout=True)
             return
         rows = enumerate(zip_longest(before, after, fillvalue=Strip.blank(0)))
-        regions = [_changed(y, old, new) for y, (old, new) in rows if old is not new and old != new]
+        regions = [_whole(y, old, new) for y, (old, new) in rows if old is not new and old != new]
         if regions:
             self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)
 
@@ -100,16 +100,6 @@ class Hanging(Static):
         return rows[y] if y < len(rows) else Strip.blank(self.size.width, self.visual_style.rich_style)
 
 
-def _changed(y: int, old: Strip, new: Strip) -> Region:
-    """Return where a row differs from what stood there: behind the pieces that both begin with, and before those with
-    which both end in the same column."""
-    width = max(1, cell_len(old.text.rstrip()), cell_len(new.text.rstrip()))
-    first = sum(_same(old, new))
-    same_end = sum(_same(reversed(list(old)), reversed(list(new)))) if old.cell_length == new.cell_length else 0
-    last = min(width, new.cell_length - same_end) if same_end else width
-    return Region(min(first, width - 1), y, max(1, last - first), 1)
-
-
-def _same(old: Iterable[Segment], new: Iterable[Segment]) -> Iterator[int]:
-    """Return the columns of the pieces with which both begin."""
-    return (a.cell_length for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(old, new, strict=False)))
+def _whole(y: int, *rows: Strip) -> Region:
+    """Return the place of a row of which something is to be seen."""
+    return Region(0, y, max(1, *(cell_len(row.text.rstrip()) for row in rows)), 1)

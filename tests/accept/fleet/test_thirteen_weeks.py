@@ -111,7 +111,7 @@ def test_what_is_below_what_can_be_found():
 
 
 def test_quiet_quarters_are_quiet():
-    """At most 2 % of quarters ring, all charts and alarms together; of 400 that no limit was tuned to none did, and of
+    """At most 2 % of quarters ring, all charts and alarms together; of 400 that no limit was tuned to one did, and of
     the golden charts one. What is to be watched is in at most 23 %: of five charts 2 % by values and shifts, 2 % by
     equal values and 0.5 % by offsets, and 3 sd of 200."""
     count = 200 if SOAK else 8

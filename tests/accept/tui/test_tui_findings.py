@@ -12,7 +12,7 @@ from textual.containers import Horizontal
 
 from accept.base.documents.results import Information
 from accept.store.payloads import StepJudged
-from accept.tui.widgets.findings import findings_text
+from accept.tui.widgets.findings import findings_text, note_line
 from accept.tui.widgets.hanging import Hung
 from accept.tui.widgets.heat_map import map_text, side_by_side
 from accept.tui.widgets.plan import height_words, plan
@@ -48,6 +48,10 @@ def test_a_reason_of_several_findings_is_read_once() -> None:
     assert text.count("sensor stack Vs is reversed") == 1
     assert text.count("as above") == 3
     assert text.count("reverse the connection of sensor stack Vs") == 1
+
+
+def test_notes_have_signs_of_units_and_roots() -> None:
+    assert note_line("200 um, lower by a factor of sqrt 2, at 5 ohm") == "200 µm, lower by a factor of √2, at 5 Ω"
 
 
 def test_a_row_of_many_findings_fits_beside_the_steps() -> None:

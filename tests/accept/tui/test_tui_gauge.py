@@ -171,15 +171,16 @@ async def to_records_of_stroke(pilot) -> None:
 @pytest.mark.usefixtures("few_steps")
 async def test_a_stroke_is_measured_from_its_screen_and_undone_like_any_entry(tmp_path):
     with simulated_bench(tmp_path / "bench") as (simulated, _):
-        async with running(lambda: opened(simulated.bench_file)) as pilot:
+        async with running(lambda: opened(simulated.bench_file), toasts=True) as pilot:
             await to_records_of_stroke(pilot)
-            await press(pilot, "f3")
+            await pilot.press("f3")
+            await until(lambda: "Saved" in told(pilot))
+            await asyncio.sleep(2.0)  # for a person who looks up from the rig
+            (note,) = pilot.app.screen.query(Toast)
+            assert "^Z takes back" in str(note.render())
+            await settled(pilot)
             session = pilot.app.screen.session
             state = session.state("stroke")
-            await asyncio.sleep(2.0)  # for a person who looks up from the rig
-            (note,) = pilot.app.query(Toast)
-            assert "Saved" in told(pilot)
-            assert "^Z takes back" in str(note.render())
             assert {link.input for link in state.entries} == {"one_stack", "two_stacks"}
             assert all((session.folder / link.file).is_file() for link in state.entries)
             (journal,) = (session.folder / "readings").iterdir()

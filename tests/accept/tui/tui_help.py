@@ -42,10 +42,13 @@ def loader(spec: str = "apa-basic", records: Path | None = None, folder: Path | 
 
 @asynccontextmanager
 async def running(
-    load: Callable[[], Workbench] | None = None, size: tuple[int, int] = NARROW, given: Given | None = None
+    load: Callable[[], Workbench] | None = None,
+    size: tuple[int, int] = NARROW,
+    given: Given | None = None,
+    toasts: bool = False,
 ) -> AsyncIterator[Pilot[None]]:
     app = BenchApp(load or loader(), given or Given("Ann"))
-    async with app.run_test(size=size) as pilot:
+    async with app.run_test(size=size, notifications=toasts) as pilot:
         await settled(pilot)
         yield pilot
         await settled(pilot)

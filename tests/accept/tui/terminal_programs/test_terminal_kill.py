@@ -100,11 +100,13 @@ def stands_at(attempt: Attempt | None) -> int | None:
     return None if step is None else STEPS.index(step)
 
 
-def begin(ann: Technician, attempt: Attempt | None) -> None:
+def begin(ann: Technician) -> None:
     ann.at.wait_for("Scan a serial")
     ann.at.type(SERIAL)
-    ann.at.wait_for(f"({SERIAL} is a new unit|Enter opens {SERIAL})")
-    ann.at.press(*["Enter"] * (2 if attempt is None else 1))  # a new one's kind is as proposed
+    ann.at.wait_for(f"({SERIAL} is a new unit|Enter (begins|opens) {SERIAL})")
+    ann.at.press("Enter")
+    if "step" not in ann.at.wait_for(r"Enter: open the step|Enter: begin it\. Esc|another kind")[0]:
+        ann.at.press("Enter")  # a new one is as proposed
     ann.at.wait_for("Enter: open the step")
 
 
@@ -120,14 +122,14 @@ def work(ann: Technician) -> None:
             ann.at.wait_for(r"\^F: values")
         for entry in ENTRIES[step.name][len(given) :]:
             ann.reads() if entry == READ else ann.types(entry)
-        ann.at.wait_for(rf"{at + 1}/\d  [✓✗~?]")
+        ann.at.wait_for(rf"[✓✗~?] [a-z ]+ · {at + 1} of \d")
         ann.back()
         ann.at.wait_for("Enter: open the step")
     ann.at.press("F9")
-    ann.at.wait_for(r"\^S: sign this result|Signed\. \^T")
+    ann.at.wait_for(r"\^S: sign this result|Signed\. ")
     if attempt is None or attempt.certificate is None:
         sign(ann)
-    ann.at.wait_for(r"✓ verified|◐ signed|Signed\. F3")
+    ann.at.wait_for(r"✓ verified|◐ signed|Signed\. ")
 
 
 def sign(ann: Technician) -> None:
@@ -140,14 +142,13 @@ def sign(ann: Technician) -> None:
 
 def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events: int) -> int:
     """Start, work, be killed somewhere; returns the last event that was acknowledged."""
-    attempt = attempt_of_store()
     terminal = Doomed(place / "tmux", run, home)
     ann = Technician(terminal)
     ann.events = events
     try:
         if at_start := rng.random() < 0.15:
             terminal.doom(rng.uniform(0.0, LONGEST_S))
-        begin(ann, attempt)
+        begin(ann)
         if not at_start:
             terminal.doom(rng.uniform(0.0, LONGEST_S))
         work(ann)
@@ -189,7 +190,7 @@ def finish(place: Path, run: list[str], home: Path, events: int) -> None:
     try:
         ann = Technician(terminal)
         ann.events = events
-        begin(ann, attempt_of_store())
+        begin(ann)
         work(ann)
     finally:
         terminal.close()
