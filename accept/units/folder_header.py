@@ -1,7 +1,7 @@
 """Entries of `unit.toml` outside the checks' sections: text, sections of texts, days."""
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, fields
 from datetime import date
 from typing import Any, TypeGuard, TypeVar, get_type_hints
@@ -14,8 +14,6 @@ from checks.declare import Measured
 from specs.bench import Channels, channel_map
 from specs.plugins import products
 
-MOST_ENTRIES = 200  # of a table or a list: the store is asked about every part
-MOST_LETTERS = 100_000  # of a section: a page of them takes 2 s, of ten times as many 200 s
 TYPED = "typed"  # in [read_with], of a value that no instrument gave
 ORIGIN = (
     "manufacturer", "type", "lot", "supplier", "order", "customer", "customer_contact", "condition", "received",
@@ -26,26 +24,6 @@ ENVIRONMENT = {"temperature_C": (-20.0, 60.0), "humidity_percent": (0.0, 100.0)}
 Data = Mapping[str, Any]
 Problems = list[str]
 Reader = Callable[[Data, str, Problems], Any]
-
-
-def size_problems(data: Data) -> Problems:
-    """Return which sections are larger than anything that a person or a rig writes there."""
-    found = [] if len(data) <= MOST_ENTRIES else [f"has {len(data)} entries, at most {MOST_ENTRIES} are read"]
-    for key, content in [] if found else data.items():
-        nested = [key, *_nested(content)]
-        entries = max((len(each) for each in nested if not isinstance(each, str)), default=0)
-        letters = sum(len(each) for each in nested if isinstance(each, str))
-        for size, most, what in ((entries, MOST_ENTRIES, "entries"), (letters, MOST_LETTERS, "letters")):
-            found += [f"[{key}] has {size} {what}, at most {most} are read"] if size > most else []
-    return found
-
-
-def _nested(content: Any) -> Iterator[Any]:
-    if isinstance(content, dict | list | str):
-        yield content
-    if isinstance(content, dict | list):
-        for each in content if isinstance(content, list) else (*content, *content.values()):
-            yield from _nested(each)
 
 
 def header_of(data: Data, problems: Problems) -> UnitHeader:

@@ -26,7 +26,7 @@ from hw.records import DEFAULT_LIMITS
 from specs.bench import TIME, Channels
 from specs.errors import ProblemsError
 from specs.files import UNIT_FILE as UNIT_FILE
-from specs.files import read_bounded, vet_regular
+from specs.files import read_bounded, size_problems, vet_regular
 from specs.strict import toml_of
 
 EARLIEST = date(2000, 1, 1)  # of a measurement; clocks that lost power count from 1970 or 1980
@@ -156,7 +156,7 @@ def parsed(text: bytes) -> UnitFolder:
 
 def parse(folder: Path, text: bytes, data: Mapping[str, Any]) -> UnitFolder:
     """Return unit of a parsed `unit.toml`. Raises UnitError listing every problem."""
-    problems = folder_header.size_problems(data)
+    problems = size_problems(data)
     if problems:
         raise UnitError(folder / UNIT_FILE, problems)
     header = folder_header.header_of(data, problems)

@@ -19,13 +19,14 @@ from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import reduce_panel
 from checks.picture import Panel
 from specs.errors import AcceptError
-from specs.files import UNIT_FILE, json_of
+from specs.files import UNIT_FILE, json_of, size_problems
 from specs.strict import toml_of
 
 FORMAT = 2
 BEFORE = 1  # states neither the sizes of its inputs, nor its attempt, nor the head of the store
 RESULTS, MANIFEST, SPEC, PANELS = "results.json", "manifest.json", "spec.toml", "panels.json"
 RESERVED = (RESULTS, MANIFEST, SPEC, PANELS)
+MOST_ENTRIES, MOST_LETTERS = 2_000, 1_000_000  # of an entry of the result: its page and comparisons end within seconds
 SIZE_LIMIT = 20_000_000  # bytes of records in one certificate
 STATEMENT = (
     "Each verdict holds for the value and the expanded uncertainty U (k = 2) beside it, under the decision rule named "
@@ -174,7 +175,7 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
             for nth, (name, files) in enumerate(sorted(manifest.models.items()))
         }
         content = CertificateContent(
-            result=json_of(attachments[RESULTS]),
+            result=within_bounds(json_of(attachments[RESULTS])),
             spec_name=manifest.spec.name,
             spec_title=manifest.spec.title,
             spec_text=attachments[SPEC].decode("utf-8"),
@@ -200,6 +201,15 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
     except (KeyError, TypeError, AttributeError, ValueError) as e:
         raise ContentError(f"the attachments do not belong together ({type(e).__name__}: {e})") from e
     return content
+
+
+def within_bounds(result: dict[str, Any]) -> dict[str, Any]:
+    """Return a result that is not too large to be drawn and compared; its records bound samples and gap. Raises
+    ContentError."""
+    written = {key: entry for key, entry in result.items() if key not in ("samples", "gap")}
+    if problems := size_problems(written, MOST_ENTRIES, MOST_LETTERS):
+        raise ContentError(f"the result is too large for a certificate: {'; '.join(problems)}")
+    return result
 
 
 def _check_manifest(stated: Mapping[str, Any], content: CertificateContent) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from accept.base.documents.manifest import hashes
 from accept.base.documents.results import UnitRecord
-from accept.certificate.contents.content import RESERVED, SIZE_LIMIT, CertificateContent, ContentError
+from accept.certificate.contents.content import RESERVED, SIZE_LIMIT, CertificateContent, ContentError, within_bounds
 from accept.certificate.contents.provenance import Provenance
 from accept.models.evidence import evidence_of
 from specs.files import UNIT_FILE, read_bounded
@@ -28,7 +28,8 @@ def content_of(
     """Return the content of the certificate of a judged unit in its folder; reads only the inputs that fit into
     `size_limit` bytes, small ones first.
 
-    held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged.
+    held : files that were read already, by name. Raises ContentError if an input is gone or is not the one judged, or
+    the result is too large.
     """
     files, sizes = _read(folder, result.inputs, size_limit, held)
     models = evidence_of(result.models)
@@ -36,7 +37,8 @@ def content_of(
     if hashes(models) != {name: dict(files) for name, files in result.models.items()}:
         raise ContentError(f"{', '.join(result.models)}: a model file changed since the unit was judged by it")
     return CertificateContent(
-        result=result.to_json(), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text, operator=operator,
+        result=within_bounds(result.to_json()), spec_name=spec.name, spec_title=spec.title, spec_text=spec.text,
+        operator=operator,
         instruments=spec.instruments, panels=result.panels, files=files, inputs=dict(sorted(result.inputs.items())),
         sizes=dict(sorted(sizes.items())), models=models, provenance=stated,
     )  # fmt: skip

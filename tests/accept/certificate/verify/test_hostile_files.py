@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from accept.base.exit_codes import Exit
 from accept.certificate import InvalidCertificate, read_contents
+from accept.certificate.contents.content import ContentError, read
 from accept.certificate.trust import keys
 from accept.certificate.verify.rejudge import read_unit
 from accept.certificate.verify.structure import check_structure
@@ -102,3 +104,23 @@ def test_attachments_of_an_unknown_file_are_read_through_the_same_door() -> None
 def test_a_unit_file_longer_than_any_is_not_parsed() -> None:
     with pytest.raises(ValueError, match="at most 1000000 are read"):
         read_unit(b"#" * 1_000_001)
+
+
+@pytest.mark.parametrize(
+    ("key", "entry", "words"),
+    [
+        ("notes", ["stroke: x"] * 20_000, r"\[notes\] has 20000 entries, at most 2000 are read"),
+        ("notes", ["x" * 2_000_000], r"\[notes\] has 2000005 letters, at most 1000000 are read"),
+        ("parts", {f"p{n}": f"Q-{n}" for n in range(30_000)}, r"\[parts\] has 30000 entries"),
+        ("copies", [{"sample": "stroke/a", "with": [{"serial": "Q-1"}] * 20_000}], r"\[copies\] has 20000 entries"),
+    ],
+    ids=["many notes", "a long note", "parts", "copies"],
+)
+def test_a_result_that_would_take_minutes_is_neither_read_nor_signed(
+    bench: Bench, key: str, entry: Any, words: str
+) -> None:
+    """Who holds a technician's key could sign one: 20,000 copies took 69 s."""
+    contents = read_contents(bench.signed)
+    huge = replace(contents, result={**contents.result, key: entry})
+    with pytest.raises(ContentError, match=words):
+        read(huge.attachments())
