@@ -227,7 +227,7 @@ def _newer_spec(store: Store, contents: CertificateContent, signed: datetime, ro
     since = (contents.stated.approval or {}).get("time", "")
     known = approvals(store, home(), contents.spec_name, roots).values() if since else ()
     times = [str(each["time"]) for each in known]
-    newer = [time for time in times if since < time and datetime.fromisoformat(time) < signed]
+    newer = [t for t in times if since < t and datetime.fromisoformat(t) <= signed]  # both in whole seconds
     return [Step("", remark=f"a newer version of its spec was approved on {time[:10]}") for time in newer[:1]]
 
 
