@@ -51,6 +51,7 @@ FEW = 16  # different values: a channel with fewer, as a force at rest, is not e
 RESIDUAL = (2, -3, -6, 14, -6, -3, 2)  # what a cubic through seven samples leaves at the middle one, times 21
 ROUNDING = 5.0  # steps: mean residual; rounding to them alone leaves 4.1, noise of a quarter of a step this
 LOUDER = 1.2  # residual at a stride over that of all samples, above which it is not noise alone
+MOST_COUNTED = 10_000  # residuals of noise are some tens of steps
 NEAR = 8  # samples to either side of a peak of the noise
 WINDOW = 16  # samples to either side whose signs are hashed
 STRIDES = (1, 2, 3)
@@ -244,14 +245,14 @@ def _swings(x: Array) -> NDArray[np.uint32]:
     if not np.isfinite(x).all():
         return np.zeros(0, dtype="<u4")
     wide = [width for width in WIDTHS if width * LEAST_SWINGS < x.size]
-    triples = max((_triples(x, width) for width in wide), key=len, default=np.zeros((0, 3)))
+    triples = max((_triples(x, at) for at in _turning(x, wide)), key=len, default=np.zeros((0, 3)))
     # One number of three times 21 bits is sorted faster than a row; a ratio of swings between a tenth of the span and
     # all of it is 23,000 steps, 34,000 where parabolas reach beyond the samples.
     packed = np.unique((triples.astype(np.int64) + (1 << 20)) @ (1 << _PLACES))
     if packed.size < LEAST_SWINGS:
         return np.zeros(0, dtype="<u4")
     rows = ((packed[:, None] >> _PLACES) % (1 << 21) - (1 << 20)).astype("<i4").tobytes()
-    hashes = b"".join(hashlib.sha256(rows[n : n + 12]).digest() for n in range(0, len(rows), 12))
+    hashes = b"".join([hashlib.sha256(row).digest() for row in np.frombuffer(rows, "V12").tolist()])
     return np.unique(np.frombuffer(hashes, dtype="<u4")[::8])[:SWINGS]
 
 
@@ -261,7 +262,7 @@ def _noise(x: Array, gaps: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...
     level, found = np.inf, [NO_HASHES] * len(STRIDES)
     for n, step in enumerate((1, *strides) if gaps.size else ()):
         residuals = [np.rint(np.convolve(x[k::step] / gaps.min(), RESIDUAL, "valid")) for k in range(step)]
-        levels = [np.minimum(size := np.abs(r), 3.0 * np.median(size)).mean() for r in residuals]
+        levels = [np.minimum(size := np.abs(r), 3.0 * _median(size)).mean() for r in residuals]
         patterns = [_patterns(r) for r, size in zip(residuals, levels, strict=True) if ROUNDING <= size < level]
         found[n] = _hashes(np.concatenate([np.zeros(0, np.uint64), *patterns]))
         if not found[0].size:
@@ -270,19 +271,32 @@ def _noise(x: Array, gaps: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...
     return tuple(found)
 
 
+def _median(counts: Array) -> float:
+    """Return the median of whole numbers (N,), none negative: they are counted, which takes a tenth of a sort, unless
+    most are large."""
+    if counts.size:
+        below = np.cumsum(np.bincount(np.minimum(counts, MOST_COUNTED).astype(np.intp)))
+        middle = np.searchsorted(below, [(counts.size - 1) // 2, counts.size // 2], side="right")
+        if middle[1] < MOST_COUNTED:
+            return float(middle.mean())
+    return float(np.median(counts))
+
+
 def _patterns(residual: Array) -> NDArray[np.uint64]:
     """Return the signs about the peaks of a residual, 32 of two bits each, one number for either sign and order; none
     if most do not alternate as those of noise."""
     if residual.size <= 2 * WINDOW:
         return np.zeros(0, np.uint64)
     size = np.abs(residual)
-    peaks = np.flatnonzero((size == _running(np.maximum, size, NEAR))[WINDOW:-WINDOW])
-    signs = np.lib.stride_tricks.sliding_window_view(residual, 2 * WINDOW + 1)[peaks]
-    up, down = signs > 0, signs < 0
-    alternate = np.count_nonzero(up[:, 1:] & down[:, :-1] | down[:, 1:] & up[:, :-1], axis=1) >= WINDOW
-    if 2 * np.count_nonzero(alternate) < alternate.size:
+    window = _doubled(np.maximum, size, NEAR, 2 * NEAR)
+    peaks = np.flatnonzero((size == np.maximum(window[: size.size], window[1:]))[WINDOW:-WINDOW])
+    up, down = residual > 0, residual < 0
+    turns = np.cumsum(np.concatenate([[False], up[1:] & down[:-1] | down[1:] & up[:-1]]), dtype=np.int32)
+    alternate = peaks[turns[peaks + 2 * WINDOW] - turns[peaks] >= WINDOW]
+    if 2 * alternate.size < peaks.size:
         return np.zeros(0, np.uint64)
-    sides = np.delete([up[alternate], down[alternate]], WINDOW, axis=2)  # without the peak itself
+    up, down = (np.lib.stride_tricks.sliding_window_view(one, 2 * WINDOW + 1)[alternate] for one in (up, down))
+    sides = np.delete([up, down], WINDOW, axis=2)  # without the peak itself
     bits = np.packbits([sides, sides[:, :, ::-1]], axis=3).view(">u4")[..., 0].astype(np.uint64)
     return np.asarray((bits << _HALF | bits[:, ::-1]).min(axis=(0, 1)))
 
@@ -295,11 +309,25 @@ def _hashes(patterns: NDArray[np.uint64]) -> Hashes:
     return np.asarray(different[count == 1][:SWINGS], "<u4")
 
 
-def _triples(x: Array, width: int) -> Array:
-    """Return ratios (n, 3) of successive large swings between points that are extreme within `width` samples to either
-    side."""
-    turning = (x == _running(np.maximum, x, width)) | (x == _running(np.minimum, x, width))
-    at = np.flatnonzero(turning[1:-1]) + 1
+def _turning(x: Array, widths: Sequence[int]) -> list[NDArray[np.intp]]:
+    """Return the samples that are extreme within each width (a power of two) to either side, the ends left out. Those
+    of a larger width are among those of a smaller one, and are sought there by the windows that this one needed."""
+    found = [np.zeros(x.size, bool) for _ in widths]
+    for extreme in (np.maximum, np.minimum) if widths else ():
+        window, width = _doubled(extreme, x, max(widths), 2 * widths[0]), widths[0]
+        first = max(widths) - width  # of the window about sample 0
+        at = np.flatnonzero(x == extreme(window[first : first + x.size], window[first + 1 : first + 1 + x.size]))
+        found[0][at] = True
+        for n, wider in enumerate(widths[1:], 1):
+            for begin in (*range(-wider, wider, 2 * width), wider + 1 - 2 * width):
+                near = window[at + (begin + max(widths))]
+                at = at[extreme(near, value := x[at]) == value]
+            found[n][at] = True
+    return [np.flatnonzero(each[1:-1]) + 1 for each in found]
+
+
+def _triples(x: Array, at: NDArray[np.intp]) -> Array:
+    """Return ratios (n, 3) of successive large swings between turning points."""
     swing = np.diff(_vertex(x[at - 1], x[at], x[at + 1]))
     if swing.size < 4:
         return np.zeros((0, 3))
@@ -310,17 +338,16 @@ def _triples(x: Array, width: int) -> Array:
     return np.asarray(np.stack([ratios[n : n + good.size] for n in range(3)], axis=1)[good])
 
 
-def _running(extreme: np.ufunc, x: Array, width: int) -> Array:
-    """Return the extreme of `width` samples to either side of each sample (N,), by windows that double: three times as
-    fast as a filter along the samples."""
-    window, size = np.pad(x, width, mode="edge"), 1
+def _doubled(extreme: np.ufunc, x: Array, width: int, most: int) -> Array:
+    """Return the extreme of the samples from each on, the ends repeated `width` times, by windows that double until
+    they are `most` wide (a power of two): three times as fast as a filter along the samples."""
+    window, size = np.concatenate([np.full(width, x[0]), x, np.full(width, x[-1])]), 1
     free = np.empty_like(window)
-    while 2 * size <= 2 * width + 1:
+    while size < most:
         n = window.size - size
         extreme(window[:n], window[size:], out=free[:n])
         window, free, size = free[:n], window, 2 * size
-    rest = 2 * width + 1 - size
-    return np.asarray(extreme(window[: window.size - rest], window[rest:]))
+    return window
 
 
 def _vertex(before: Array, at: Array, after: Array) -> Array:
@@ -335,7 +362,7 @@ def _levels(x: Array, gaps: Array) -> str:
     """Return the hash of the sequence of levels of a channel of coarse steps, in its own steps, up or down."""
     if gaps.size > 1.5 * MOST_LEVELS:
         return ""
-    there = np.unique(x)
+    there, place = _different(x, gaps.min()) if gaps.size else (np.unique(x), None)
     gaps = np.diff(there)
     apart = gaps > ROUNDED * np.ptp(x)
     if np.count_nonzero(apart) + 1 < FEW:
@@ -345,14 +372,21 @@ def _levels(x: Array, gaps: Array) -> str:
     steps = np.where(apart, gaps / step, 0.0)
     if np.abs(steps - np.round(steps)).max() > 0.25 or steps.sum() > MOST_LEVELS:
         return ""
-    counts = _counts(x, there, np.concatenate([[0], np.cumsum(np.round(steps))]).astype("<i4"), step)
+    counts = np.concatenate([[0], np.cumsum(np.round(steps))]).astype("<i4")
+    counts = counts[np.searchsorted(there, x) if place is None else place]
     return min(hashlib.sha256(one.tobytes()).hexdigest()[:16] for one in (counts, counts.max() - counts))
 
 
-def _counts(x: Array, there: Array, counts: NDArray[np.int32], step: float) -> NDArray[np.int32]:
-    """Return the entry of `counts` for each of x, whose level is found in `there` by its number of steps from the
-    first: faster than a search. If two levels lie within one step, it is searched."""
-    slots, found = (np.rint((v - there[0]) / step).astype(np.intp) for v in (there, x))
-    by_slot = np.zeros(slots[-1] + 1, dtype=counts.dtype)
-    by_slot[slots] = counts
-    return by_slot[found] if np.array_equal(by_slot[slots], counts) else counts[np.searchsorted(there, x)]
+def _different(x: Array, step: float) -> tuple[Array, NDArray[np.intp] | None]:
+    """Return the different values of x, in order, and the place of each sample among them, found by its number of steps
+    from the lowest: faster than sorting. If two lie within one step, they are sorted, without the places."""
+    lowest = x.min()
+    if np.ptp(x) > 10.0 * MOST_LEVELS * step:
+        return np.unique(x), None
+    slots = np.rint((x - lowest) / step).astype(np.intp)
+    by_slot = np.full(slots.max() + 1, np.nan)
+    by_slot[slots] = x
+    if not np.array_equal(by_slot[slots], x):
+        return np.unique(x), None
+    taken = ~np.isnan(by_slot)
+    return by_slot[taken], (np.cumsum(taken) - 1)[slots]

@@ -1,12 +1,13 @@
 """Sketches of samples: a copy is known in whatever form it is stored, what was measured again is never one."""
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from checks.signals.sketch import Sketch, Sketches, _running
+from checks.signals.sketch import Sketch, Sketches, _different, _median, _turning
 
 RNG = np.random.default_rng(5)
 T = np.arange(20_000) / 1000.0
@@ -159,12 +160,32 @@ def test_a_sketch_of_before_is_read_and_keeps_its_keys() -> None:
     assert set(old.keys()) <= set(new.keys())
 
 
-@pytest.mark.parametrize("width", [1, 16, 37, 256])
-def test_running_extremes_are_those_of_scipy(width: int) -> None:
-    """Red with a window that is one sample short: plateaus of a converter's steps make it visible."""
-    x = np.round(np.random.default_rng(width).standard_normal(700), 1)
-    assert np.array_equal(_running(np.maximum, x, width), ndimage.maximum_filter1d(x, 2 * width + 1))
-    assert np.array_equal(_running(np.minimum, x, width), ndimage.minimum_filter1d(x, 2 * width + 1))
+@pytest.mark.parametrize("length", [513, 600, 20_000])
+@pytest.mark.parametrize("steps", [2, 40, 10_000])
+def test_turning_points_are_the_extremes_that_scipy_finds(length: int, steps: int) -> None:
+    x = np.round(steps * np.random.default_rng(length).standard_normal(length))
+    for width, at in zip((16, 256), _turning(x, (16, 256)), strict=True):
+        size = 2 * width + 1
+        extreme = (x == ndimage.maximum_filter1d(x, size)) | (x == ndimage.minimum_filter1d(x, size))
+        assert np.array_equal(at, np.flatnonzero(extreme[1:-1]) + 1)
+
+
+@pytest.mark.parametrize("step", [1.0, 2.5e-9, 0.7])
+def test_levels_that_are_found_by_their_steps_are_those_of_a_sort(step: float) -> None:
+    x = step * np.round(300 * np.random.default_rng(3).standard_normal(5000)) + 1e-9 * step
+    for given, near in ((x, step), (x, 5.0 * step), (np.append(x, x[0] + 1e-4 * step), step)):
+        there, place = _different(given, near)
+        assert np.array_equal(there, np.unique(given))
+        assert place is None or np.array_equal(there[place], given)
+    assert _different(x, step)[1] is not None  # and without sorting
+
+
+@pytest.mark.parametrize("length", [0, 1, 2, 7, 1000, 1001])
+@pytest.mark.parametrize("size", [0.0, 3.0, 1e4, 3e4, 1e9])
+def test_a_median_by_counting_is_the_median(length: int, size: float) -> None:
+    counts = np.abs(np.round(size * np.random.default_rng(length).standard_normal(length)))
+    with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):
+        assert np.array_equal(_median(counts), np.median(counts), equal_nan=True)
 
 
 def test_many_are_compared_at_once_as_one_by_one() -> None:
