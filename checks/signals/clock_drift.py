@@ -2,9 +2,11 @@
 and earlier. The response of each part of the record to the drive then has the phase of a lag that grows in proportion
 to time, at all frequencies; a mode that moves turns it about its own frequency only."""
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from checks.arrays import Array, Complex
 from checks.signals.spectral.segments import hann
@@ -19,13 +21,28 @@ LEAST_PARTS_PER_MILLION = 2.0
 ALONG = 0.6  # share of the driven bins' phases that a lag has to explain
 
 
-def clock_drift(drive: Array, y: Array) -> float | None:
-    """Return by which part y (N,) is sampled by a faster clock than the drive (N,): its lag grows by so much of the
-    time. None if the lag does not grow steadily, or if the record is too short to show it."""
+def clock_drifts(drive: Array, channels: Mapping[str, Array]) -> dict[str, float]:
+    """Return by which part each channel (N,) is sampled by a faster clock than the drive (N,): its lag grows by so much
+    of the time. Left out is one whose lag does not grow steadily, and all if the record is too short to show it."""
     size = drive.size // PARTS
     if size < 2 * SEGMENT:
-        return None
-    spectra = [_cross_spectrum(drive[k * size : (k + 1) * size], y[k * size : (k + 1) * size]) for k in range(PARTS)]
+        return {}
+    spectra: dict[str, list[Complex]] = {c: [] for c in channels}
+    for begin in range(0, PARTS * size, size):  # the product of two names, in one order: its last bit depends on that
+        before = _transforms(drive[begin : begin + size]).conj()
+        for c, y in channels.items():
+            spectra[c].append(np.multiply(before, _transforms(y[begin : begin + size])).sum(axis=0))
+    return {c: drift for c, parts in spectra.items() if (drift := _drift(parts, size)) is not None}
+
+
+def _transforms(x: Array) -> Complex:
+    """Return the transforms of segments of which neighbours share half, each without its mean."""
+    segments = sliding_window_view(x, SEGMENT)[:: SEGMENT // 2]
+    return np.asarray(np.fft.rfft(hann(SEGMENT) * (segments - segments.mean(axis=1, keepdims=True))))
+
+
+def _drift(spectra: Sequence[Complex], size: int) -> float | None:
+    """Return the drift between parts of so many samples with these cross spectra, None if it is not steady."""
     steps = [_lag(b * np.conj(a)) for a, b in pairwise(spectra)]
     known = np.array([s for s in steps if s is not None])
     if known.size < len(steps):
@@ -38,14 +55,6 @@ def clock_drift(drive: Array, y: Array) -> float | None:
     steady = float(np.abs(off).max()) < STEADY * abs(step) * (PARTS - 1)
     drift = step / size
     return drift if steady and abs(step) > SURE * sd and abs(drift) > 1e-6 * LEAST_PARTS_PER_MILLION else None
-
-
-def _cross_spectrum(u: Array, y: Array) -> Complex:
-    window, total = hann(SEGMENT), np.zeros(SEGMENT // 2 + 1, dtype=complex)
-    for begin in range(0, u.size - SEGMENT + 1, SEGMENT // 2):
-        U, Y = (np.fft.rfft(window * (x - x.mean())) for x in (u[begin : begin + SEGMENT], y[begin : begin + SEGMENT]))
-        total += U.conj() * Y
-    return total
 
 
 def _lag(product: Complex) -> float | None:

@@ -17,10 +17,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from checks.arrays import Array, Complex
 from checks.cause import Cause, Reason, because
 from checks.record import Record
-from checks.signals.clock_drift import clock_drift
+from checks.signals.clock_drift import clock_drifts
 from checks.signals.record_checks import dead, overload
 from checks.signals.spectral.segments import hann
-from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
+from checks.signals.spectral.unexplained import SHARE, DrivePart, beginning, blocks, power
 from specs.units import CHANNEL_LABELS
 
 OUTPUTS = ("Vs", "de", "da")
@@ -100,7 +100,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     moving = [c for c in outputs if np.ptp(record[c]) > 0.0]
     if part is None or not moving:
         return ()
-    whole = {c: blocks(record[c][: part.n]) for c in moving}
+    whole = {c: blocks(beginning(record[c], part.n)) for c in moving}
     look = _Look(record, drive, part, whole, {c: part.off(X) for c, X in whole.items()})
     return _clock_faults(look) or _loss_faults(look) or _jitter(look)
 
@@ -109,7 +109,7 @@ def _clock_faults(look: _Look) -> tuple[Reason, ...]:
     """Return a reason for each channel whose clock drifts from the drive's; one for the drive if all channels drift
     alike."""
     u, seconds = look.record[look.drive], look.record.t.size / look.record.fs
-    found = {c: d for c in look.left if (d := clock_drift(u, look.record[c])) is not None}
+    found = clock_drifts(u, {c: look.record[c] for c in look.left})
     if (
         len(found) > 1
         and len(found) == len(look.left)

@@ -15,6 +15,7 @@ from checks.arrays import Array, Complex
 from checks.record import Record
 from checks.signals.spectral.frf import Frf, named, power_floor
 from checks.signals.spectral.local_polynomials import LocalPolynomialFit, LocalRegression, fitted
+from checks.signals.spectral.transform import transform
 from checks.signals.spectral.transient import is_transient
 
 Bins = NDArray[np.intp]
@@ -139,12 +140,11 @@ def _transform(columns: Sequence[tuple[str, Array]]) -> Complex:
     if len(set(sizes.values())) != 1 or any(len(s) != 1 for s in sizes.values()):
         raise ValueError(f"expected channels of one equal length, got shapes {sizes}")
     spectra = np.empty((len(columns), len(columns[0][1]) // 2 + 1), dtype=complex)
-    centred = np.empty(len(columns[0][1]))  # one for all: fresh pages cost half as much as the transform
     for X, (name, c) in zip(spectra, columns, strict=True):
         mean = np.mean(c)
         if not (np.isfinite(mean) or np.isfinite(c).all()):  # a sum is sooner made than a mask
             raise ValueError(f"channel '{name}' holds NaN or inf, first at sample {int(np.argmin(np.isfinite(c)))}")
-        np.fft.rfft(np.subtract(c, mean, out=centred), out=X)
+        X[:] = transform(np.asarray(c))
     return spectra
 
 

@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.fft
 
 from checks.arrays import Array, Complex
 from checks.record import Record
 from checks.signals.spectral.recursion import moving_mean
+from checks.signals.spectral.transform import transform
 
 ROUNDS = 2  # noise from the residual, fit again
 NOISE_BINS = 41  # the noise is taken to be even over this many
@@ -41,8 +41,10 @@ class Transforms:
     @classmethod
     def of(cls, record: Record, input: str, outputs: Sequence[str]) -> "Transforms":
         """Return the transforms of channels of a record. Raises RecordError if a channel is missing."""
-        U, *Y = (scipy.fft.rfft(record[name] - np.mean(record[name])) for name in (input, *outputs))
-        return cls(np.arange(U.size) * (record.fs / len(record[input])), U, np.stack(Y, axis=1), tuple(outputs))
+        U, *Y = (transform(record[name]) for name in (input, *outputs))
+        return cls(
+            np.arange(U.size, dtype=float) * (record.fs / len(record[input])), U, np.stack(Y, axis=1), tuple(outputs)
+        )
 
     def window(self, f_lo: float, f_hi: float, *channels: str) -> "PoleWindow":
         """Return the bins of a band and some channels (default: all), scaled for a fit. Raises ValueError if it holds

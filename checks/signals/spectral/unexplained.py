@@ -9,6 +9,7 @@ import numpy as np
 import scipy.fft
 
 from checks.arrays import Array, Complex
+from checks.signals.spectral.transform import transform
 
 BINS, ORDER = 24, 3  # of the spectrum at once, and of the polynomials for response and transient
 LEAST_BLOCKS = 20  # of a record that is long enough
@@ -27,7 +28,7 @@ class DrivePart:
     def of(cls, drive: Array) -> "DrivePart | None":
         """Return the part that a drive (N,) explains; None if the record is too short."""
         n = scipy.fft.prev_fast_len(drive.size, real=True)
-        U = blocks(drive[:n])
+        U = blocks(beginning(drive, n))
         if len(U) < LEAST_BLOCKS:
             return None
         powers = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
@@ -40,7 +41,7 @@ class DrivePart:
 
     def left(self, y: Array) -> Complex:
         """Return the blocks (B, BINS) of a channel (N,) without the part that the drive explains."""
-        return self.off(blocks(y[: self.n]))
+        return self.off(blocks(beginning(y, self.n)))
 
     def in_time(self, E: Complex) -> Array:
         """Return blocks (B, BINS) as a series (n,)."""
@@ -49,9 +50,14 @@ class DrivePart:
         return np.asarray(scipy.fft.irfft(spectrum, self.n))
 
 
+def beginning(x: Array, n: int) -> Array:
+    """Return the first samples of x, x itself if these are all."""
+    return x if x.size == n else x[:n]
+
+
 def blocks(x: Array) -> Complex:
     """Return the transform of x (N,) as blocks (B, BINS), from the first bin above 0 Hz on."""
-    X = scipy.fft.rfft(x - x.mean())[1:]
+    X = transform(x)[1:]
     whole = X.size // BINS * BINS
     return np.asarray(X[:whole].reshape(-1, BINS))
 

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from checks.cause import Cause
 from checks.record import Record
+from checks.signals.clock_drift import clock_drifts
 from checks.signals.sampling_faults import sampling_faults
 from tests.shared.strut_records import NOISE, UNITS, drive, strut_record
 
@@ -74,3 +75,11 @@ def test_scatter_of_the_times_is_still_called_scatter() -> None:
     scattered = {k: CubicSpline(record.t, x)(when) for k, x in record.channels.items()}
     causes = {r.cause for r in sampling_faults(replace(record, channels=scattered))}
     assert Cause.CLOCKS_APART not in causes
+
+
+def test_channels_looked_at_together_are_those_looked_at_alone() -> None:
+    """To the last bit, though the transforms of the drive are shared."""
+    record = apart(strut_record(1), 50.0, "de", "da")
+    u, found = record["Va"], clock_drifts(record["Va"], record.channels)
+    assert set(found) == {"de", "da"}
+    assert found == {c: d for c, x in record.channels.items() for d in clock_drifts(u, {c: x}).values()}

@@ -8,6 +8,7 @@ from scipy.stats import binom
 
 from checks.errors import RecordError
 from checks.record import Record
+from checks.signals.spectral import transform
 from checks.signals.spectral.frf import h1
 from checks.signals.spectral.local_polynomials import BATCH_BINS
 from checks.signals.spectral.lpm import lpm, lpm_record
@@ -284,3 +285,21 @@ def test_a_bin_is_the_same_to_the_last_digit_in_any_band(
     assert some.f.size == bins
     np.testing.assert_array_equal(some.H, every.H[:bins])
     np.testing.assert_array_equal(some.cov, every.cov[:bins])
+
+
+@pytest.mark.parametrize("n", [64, 1001, 4096])
+def test_a_transform_is_that_of_numpy_and_kept_with_a_fixed_array(n: int) -> None:
+    x = np.random.default_rng(n).standard_normal(n) + 3.0
+    once = transform.transform(x)
+    np.testing.assert_allclose(once, np.fft.rfft(x - x.mean()), rtol=0, atol=1e-12 * n)  # rounding of n sums
+    assert id(x) not in transform._KEPT
+    x[0] += 1.0
+    assert not np.array_equal(transform.transform(x), once)
+    x.flags.writeable = False
+    kept = transform.transform(x)
+    assert transform.transform(x) is kept
+    with pytest.raises(ValueError, match="read-only"):
+        kept[0] = 0.0
+    known = id(x)
+    del x
+    assert known not in transform._KEPT
