@@ -27,7 +27,7 @@ from accept.certificate.verify.revocation_check import attached_entries, doubted
 from accept.certificate.verify.signatures import Signed, signatures_of
 from accept.certificate.verify.stated_check import check_bench, check_copies, check_dispositions, check_stated
 from accept.certificate.verify.statements import taken_on_trust, words_on_trust
-from accept.certificate.verify.structure import read_unknown
+from accept.certificate.verify.structure import check_structure, read_unknown
 from accept.pictures.labels import LONGEST_INPUTS, check_label, inputs_words
 from accept.store.decisions import stated_words
 from checks.verdict import UnitVerdict
@@ -104,15 +104,14 @@ def verify_certificate(
     try:
         with time_limit(limit):
             roots = _roots(trust, demo)
-            signatures = read_unknown(signatures_of, pdf, roots, now, revoked, stamping)
+            signatures, attached = read_unknown(_opened, pdf, roots, now, revoked, stamping)
             details += _words_of_signatures(signatures)
-            signed = pdf[: signatures[0].place[2]]
-            contents = guarded("the attachments", read_unknown, attachments.read, signed)
+            contents = guarded("the attachments", _unless_error, attached)
             unit = guarded("the attachments", attachments.unit_of, contents, ports.read_unit)
             details += _words_of_contents(contents, signatures)
-            attached = guarded("the attached list of revoked keys", attached_entries, contents, roots)
-            signatures = doubted_by(attached, signatures)
-            revoked = [*revoked, *(entry for entry in attached if entry not in revoked)]
+            listed = guarded("the attached list of revoked keys", attached_entries, contents, roots)
+            signatures = doubted_by(listed, signatures)
+            revoked = [*revoked, *(entry for entry in listed if entry not in revoked)]
             given = _Given(pdf, contents, unit, signatures, roots, revoked, demo, now)
             steps, spec = _compared(given, ports, records, known, training)
             details += [one_line(step.words) for step in steps if step.words]
@@ -121,6 +120,25 @@ def verify_certificate(
     except InvalidCertificate as e:
         return Verification(Validity.NOT_VALID, str(e), details=tuple(details), demo=demo)
     return _outcome(given, steps, spec, details)
+
+
+def _opened(pdf: bytes, *against: Any) -> tuple[tuple[Signed, ...], CertificateContent | Exception]:
+    """Return the signatures, and what is attached to the file that was signed first or why it cannot be read: one
+    process for both, since a large program takes longer to start one than either takes."""
+    signatures = signatures_of(pdf, *against)
+    try:
+        check_structure(signed := pdf[: signatures[0].place[2]])
+        return signatures, attachments.read(signed)
+    except MemoryError:
+        raise
+    except Exception as e:  # noqa: BLE001 - raised again after the words of the signatures
+        return signatures, e
+
+
+def _unless_error(attached: CertificateContent | Exception) -> CertificateContent:
+    if isinstance(attached, Exception):
+        raise attached
+    return attached
 
 
 def verify(pdf: bytes, trust: Sequence[x509.Certificate], rejudge: Rejudge) -> Verification:
