@@ -144,7 +144,7 @@ def open_table(path: Path) -> MisalignmentTable:
     if not path.exists():
         raise FileNotFoundError(2, "no such table", str(path))
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in PARTS}
             about: dict[str, Any] = json.loads(stored["about"].tobytes())
     except UNREADABLE as e:
@@ -180,7 +180,7 @@ def _stored_rows(plan: Plan) -> Iterator[tuple[int, Row]]:
         if not path.exists():
             continue
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 row = stored["row"]
         except UNREADABLE:
             continue
