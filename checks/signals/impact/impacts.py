@@ -68,7 +68,7 @@ def ringing(fs: float, rules: ImpactRules) -> float:
 def upright(force: Array) -> Array:
     """Return the force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
-    return centred if is_upright(force) else -centred
+    return centred if centred.max() >= -centred.min() else -centred
 
 
 def is_upright(force: Array) -> bool:
