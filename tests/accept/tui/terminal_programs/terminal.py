@@ -89,7 +89,7 @@ class Technician:
 
     def reads(self, count: int = 1) -> None:
         for _ in range(count):
-            self.at.wait_for(r"now [\d-]")
+            self.at.wait_for(r"now [\d-]|F3 Take +[\d-]")  # beside the value, below large digits
             self.at.press("F3")
             self.stored()
 

@@ -135,9 +135,9 @@ def work(ann: Technician) -> None:
 def sign(ann: Technician) -> None:
     ann.at.press("F2")
     word = ann.at.wait_for(r"You sign as technician: (\w+)")[1]
-    ann.at.line("correct horse")
     if word != "ACCEPTED":
         ann.at.line("as it was recorded")
+    ann.at.line("correct horse")
 
 
 def one_life(place: Path, run: list[str], home: Path, rng: random.Random, events: int) -> int:
