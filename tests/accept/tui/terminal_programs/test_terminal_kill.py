@@ -41,7 +41,7 @@ ENTRIES = {
     "spurious_modes": FILES["Spurious modes"],
     "frf": ("frf_sweep.mat", "frf_noise_hf.mat"),
 }
-JUDGED_BY = {"sensor_highpass": 1}  # entries of a step that is judged without the others: a killed one is left as judged
+JUDGED_BY = {"sensor_highpass": 1}  # entries that a step is judged by; others may come later, and no kill loses these
 SPEC = load_spec("apa" if SOAK else "apa-basic")
 STEPS = steps_of(SPEC)
 
