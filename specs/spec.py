@@ -191,6 +191,11 @@ def listed_name(spec: str) -> str:
     return f"{name} (other content)" if own and sha256 and own != sha256 else name
 
 
+def is_builtin(name: str, sha256: str) -> bool:
+    """Return whether a spec of this name and content comes with the program."""
+    return _builtin_hashes().get(name) == sha256
+
+
 @cache
 def _builtin_hashes() -> dict[str, str]:
     return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in builtin().items()}

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from accept.fleet.findings_file import NOT_STATED
 from accept.fleet.measurements import first_attempts, in_order_of_measurement
-from accept.fleet.process_control.control_chart import GROSS_SIGMAS, LEAST, MIXTURE, OFFSET, UNLIKE, Alarm
-from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Labels, equal_runs
+from accept.fleet.process_control.control_chart import FALSE_ALARM, GROSS_SIGMAS, LEAST, MIXTURE, OFFSET, UNLIKE, Alarm
+from accept.fleet.process_control.equal_runs import EqualRun, Labels, equal_runs
 from accept.fleet.process_control.offsets import largest_offset
 from accept.fleet.process_control.reading_quality import (
     AGREES,

@@ -16,6 +16,7 @@ from accept.fleet.process_control.capability import Capability, Index, capabilit
 from accept.fleet.process_control.control_chart import (
     DRIFT,
     EQUAL,
+    FALSE_ALARM,
     LEAST,
     NELSON,
     SHIFT,
@@ -26,7 +27,7 @@ from accept.fleet.process_control.control_chart import (
     estimate_baseline,
     false_alarm_rate,
 )
-from accept.fleet.process_control.equal_runs import FALSE_ALARM, EqualRun, Place
+from accept.fleet.process_control.equal_runs import EqualRun, Place
 from accept.fleet.process_control.places import chart_by_place, same_places
 from accept.fleet.process_control.scale import as_measured, from_scale, scale_of, scales_of, to_scale
 from accept.fleet.reading_alarms import (
@@ -116,19 +117,19 @@ def trends(
     `unlike_values` of the chosen rows, if that is known: it is the same for every quantity. Raises FleetError if the
     store holds no value or a group mixes units of measure."""
     first = first_attempts(of_quantity(frame, quantity))
-    if chosen is not None:
+    if chosen is not None:  # a repair is told by the whole history
         first = first[chosen.reindex(first.index, fill_value=False)]
+        frame = frame[chosen.reindex(frame.index, fill_value=False)]
     if first.empty:
         raise FleetError(f"'{quantity}' has no value at any first attempt")
     ordered = in_order_of_measurement(first)
     if unlike is None:
-        unlike = unlike_values(frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)])
+        unlike = unlike_values(frame)
     of_units = unlike.get(quantity, {})
     parts = [("all", ordered)] if by == "all" else ordered.groupby(by, observed=True)
     groups, known = [(str(name), rows) for name, rows in parts], baselines or {}
     rules = tuple(sorted(nelson_rules))
-    shown = counted(frame if chosen is None else frame[chosen.reindex(frame.index, fill_value=False)])
-    shared = shared_chance(by, len(groups) * count_of_quantities(shown))
+    shared = shared_chance(by, len(groups) * count_of_quantities(counted(frame)))
     return [_trend(name, quantity, rows, known.get(name), rules, of_units, shared) for name, rows in groups]
 
 
@@ -163,13 +164,7 @@ def _trend(
     if values.size >= LEAST or (baseline is not None and values.size):
         labels = {column: of[compared] for column, of in everywhere.items()}
         process, of_places = baseline.process if baseline else None, _baselines_of_places(before, scale)
-        made = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
-        if made.alarms:
-            strict = [
-                chart_by_place(to_scale(values, each), labels, process, (), of_places, OF_CHART * shared).alarms
-                for each in ((scale,) if process else scales_of(values))
-            ]
-            made = replace(made, alarms=ringing(made.alarms, strict))
+        made = _chart(values, scale, labels, process, nelson_rules, of_places, OF_CHART * shared)
         findable = _findable(made.baseline, values.size, process is not None, scale, shared)
         control = as_measured(made, values, scale)
         rate = false_alarm_rate(values.size, process.n if process else None, nelson_rules)
@@ -205,6 +200,25 @@ def _trend(
         why += _cautions(cap, alarms)
     chances, said = (rate, findable), tuple(why)
     return Trend(name, quantity, unit, rows, compared, control, alarms, cap, stages, baseline, *chances, scale, said)
+
+
+def _chart(
+    values: NDArray[np.float64],
+    scale: str,
+    labels: Mapping[str, NDArray[np.object_]],
+    process: Baseline | None,
+    nelson_rules: tuple[int, ...],
+    of_places: Mapping[Place, Baseline],
+    rare: float,
+) -> Chart:
+    """Return the chart of values on a scale. An alarm rings if charts with the chance `rare` show it too, on every
+    scale that the values do not contradict."""
+    made = chart_by_place(to_scale(values, scale), labels, process, nelson_rules, of_places)
+    strict = (
+        chart_by_place(to_scale(values, each), labels, process, (), of_places, rare).alarms
+        for each in ((scale,) if process else scales_of(values))
+    )
+    return replace(made, alarms=ringing(made.alarms, [*strict])) if made.alarms else made
 
 
 def _findable(base: Baseline, n: int, frozen: bool, scale: str, shared: float) -> tuple[float | None, float | None]:

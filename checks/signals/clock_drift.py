@@ -23,7 +23,7 @@ ALONG = 0.6  # share of the driven bins' phases that a lag has to explain
 
 def clock_drifts(drive: Array, channels: Mapping[str, Array]) -> dict[str, float]:
     """Return by which part each channel (N,) is sampled by a faster clock than the drive (N,): its lag grows by so much
-    of the time. Left out is one whose lag does not grow steadily, and all if the record is too short to show it."""
+    of the time. A channel whose lag does not grow steadily is left out; all are if the record is too short."""
     size = drive.size // PARTS
     if size < 2 * SEGMENT:
         return {}

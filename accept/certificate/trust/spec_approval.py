@@ -25,7 +25,7 @@ from accept.store import Store
 from accept.store.payloads import SpecApproved
 from specs.errors import AcceptError
 from specs.files import json_of, read_bounded
-from specs.spec import Spec, builtin, load
+from specs.spec import Spec, builtin, is_builtin
 
 EVER = datetime.min.replace(tzinfo=UTC)
 
@@ -57,13 +57,12 @@ def write(home: Path, approval: Mapping[str, Any]) -> Path:
 def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Sequence[Revoked] = ()) -> dict[str, Any]:
     """Return what a certificate states about its spec: {"builtin": true}, the approval, or {"reason": why it is not
     approved}."""
-    shipped = builtin()
-    if spec.name in shipped and load(spec.name).sha256 == spec.sha256:
+    if is_builtin(spec.name, spec.sha256):
         return {"builtin": True}
     try:
         approval: dict[str, Any] = json_of(read_bounded(_path(home, spec.sha256)))
     except FileNotFoundError:
-        return {"reason": other_content(spec.name) if spec.name in shipped else UNSIGNED}
+        return {"reason": other_content(spec.name) if spec.name in builtin() else UNSIGNED}
     except (OSError, ValueError):
         return {"reason": UNREADABLE}
     models = model_hashes(evidence_of(named_models(spec)))
@@ -101,7 +100,7 @@ def is_approved(
     """Return whether the spec of an event, `name@sha256`, comes with this program or was approved with these model
     files. Raises StoreError, KeysError."""
     name, _, sha256 = judged_by.partition("@")
-    if name in builtin() and load(name).sha256 == sha256:
+    if is_builtin(name, sha256):
         return True
     approval = approvals(store, home, name, roots).get(sha256)
     return approval is not None and uncovered(approval, models) is None

@@ -5,7 +5,7 @@ that others measured beside it, so that neither a drift of the process nor a lot
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ def largest_offset(values: Array, places: Mapping[str, Labels], blocks: NDArray[
         ]
     # Of two that differ it is not known which is wrong: the last one by name reads more or less than the first.
     best = min(reversed(found), key=lambda each: each.chance, default=None)
-    return best and MeterOffset(best.at, best.place, best.size, best.error, min(1.0, tests * best.chance))
+    return best and replace(best, chance=min(1.0, tests * best.chance))
 
 
 def _partitions(places: Mapping[str, Labels]) -> dict[str, list[str]]:

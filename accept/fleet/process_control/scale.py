@@ -24,7 +24,7 @@ def scale_of(values: Array) -> str:
     zero."""
     p = {AS_MEASURED: _p_normal(values, AS_MEASURED)}
     if p[AS_MEASURED] < NOT_NORMAL:
-        p |= {name: _p_normal(values, name) for name in POWERS}
+        p |= {name: _p_normal(values, name) for name in POWERS if name not in p}
     best = max(p, key=lambda name: p[name])
     return best if p[best] >= NEARLY else AS_MEASURED
 

@@ -123,21 +123,13 @@ def document(
     off = [(g.quantity, g.words(a), a.rings) for g, a, doubt in alarms if doubt.is_between(since, until)]
     unlike = unlike_values(frame[within])
     charts = {name: _trends(frame, store, name, within, unlike) for name in units}
-    found = [(by, a["rings"]) for of in charts.values() for by, gs in of.items() for g in gs for a in g["alarms"]]
-    rang = [rings for by, rings in found if by == "all"]
     labels = {name: label_of(name) for name in units}
     return {
         "finding": (*FINDING, *SHOWN),
         "trends": charts,
         "goldens": {name: [words for of, words, _ in off if of == name] for name in units},
         "golden_notes": {name: [g.reach for g in goldens if g.quantity == name] for name in units},
-        "rings": {
-            "chance": OF_A_PAGE,
-            "alarms": sum(rang) + sum(rings for *_, rings in off),
-            "watched": len(rang) - sum(rang) + sum(not rings for *_, rings in off),
-            "of_groups": sum(rings for by, rings in found if by != "all"),
-            "goldens": [words for _, words, rings in off if rings],
-        },
+        "rings": _rings(charts, off),
         "happenings": happenings(store, since or date.min, until or date.max, charts, goldens),
         "days": [each and each.isoformat() for each in (since, until)],
         "quantities": units,
@@ -173,6 +165,24 @@ def _moments(frame: pd.DataFrame) -> dict[int, str]:
     within = ordered.groupby("day").cumcount() / ordered.groupby("day")["seq"].transform("size")
     at = ordered["day"] + pd.to_timedelta(within * DAY_S, unit="s")
     return dict(zip(ordered["seq"].tolist(), at.dt.strftime("%Y-%m-%dT%H:%M:%S").tolist(), strict=True))
+
+
+def _rings(
+    charts: Mapping[str, Mapping[str, Sequence[Mapping[str, Any]]]], off: Sequence[tuple[str, str, bool]]
+) -> dict[str, Any]:
+    """Return how many alarms ring and how many are to be watched. charts: quantity -> column -> groups; off: quantity,
+    words and whether it rings of each alarm of a golden unit."""
+    found = [
+        (by, a["rings"]) for of in charts.values() for by, groups in of.items() for g in groups for a in g["alarms"]
+    ]
+    of_all = [*(rings for by, rings in found if by == "all"), *(rings for *_, rings in off)]
+    return {
+        "chance": OF_A_PAGE,
+        "alarms": sum(of_all),
+        "watched": len(of_all) - sum(of_all),
+        "of_groups": sum(rings for by, rings in found if by != "all"),
+        "goldens": [words for _, words, rings in off if rings],
+    }
 
 
 def _trends(

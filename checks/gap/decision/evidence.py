@@ -172,7 +172,7 @@ class NameEvidence:
         """Return the channels on which the effect acts."""
         return self.full.acting_on(self.effect)
 
-    @property
+    @cached_property
     def is_any_filter(self) -> bool:
         """Return whether an effect of every channel acts on one alone, where any filter acts the same. An element does
         not count if its gain exceeds that of every filter of this channel by the gain that is required of a name; both

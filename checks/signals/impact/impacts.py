@@ -68,13 +68,16 @@ def ringing(fs: float, rules: ImpactRules) -> float:
 def upright(force: Array) -> Array:
     """Return the force (N,) without its offset (the median), hits positive whatever the sensor's polarity."""
     centred = force - np.median(force)
-    return centred if centred.max() >= -centred.min() else -centred
+    return centred if _points_up(centred) else -centred
 
 
 def is_upright(force: Array) -> bool:
     """Return whether the hits in a force (N,) are positive."""
-    middle = np.median(force)
-    return bool(force.max() - middle >= middle - force.min())
+    return _points_up(force - np.median(force))
+
+
+def _points_up(centred: Array) -> bool:
+    return bool(centred.max() >= -centred.min())
 
 
 def find_impacts(upward: Array, fs: float, rules: ImpactRules) -> tuple[Impact, ...]:
