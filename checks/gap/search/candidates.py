@@ -18,9 +18,19 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
+from checks.gap.modelling.element import (
+    HOLDER,
+    KINDRED,
+    KINDS,
+    RESONATOR,
+    ROCKING,
+    GenericElement,
+    element,
+    kind_of,
+    parts_of,
+)
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode, on_channel
 from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
@@ -278,7 +288,10 @@ class Search:
         if places.in_signal_path and not in_path:
             return []
         scores = sorted(places.scores(), key=lambda s: -s.net)
-        first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
+        worth = [s for s in scores if s.p < WORTH_A_FIT]
+        first = worth[:ELEMENTS_TRIED]
+        if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
+            first += [s for s in worth[ELEMENTS_TRIED:] if kind_of(s.member) == ROCKING]
         starts = [c for s in first if not self.over for c in self._from_screen(base, s)]
         found = self._race(starts)
         if any(c.adequate for c in found):
@@ -292,6 +305,19 @@ class Search:
             return found
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
         return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
+
+    def add_filter(self, base: Explanation, channel: str) -> list[Explanation]:
+        """Add a mode of one channel's path to a candidate that is calibrated on the others, if these agree alone: a
+        calibration on all may have followed it."""
+        others = [c for c in self.A.channels if c != channel]
+        if not others:
+            return []
+        alone = replace(self, A=self.A.select(others), B=self.B.select(others))
+        sound = alone.fit_from_one_place(base.response, {})
+        if not sound.adequate:
+            return []
+        bare, mode = self.begin(base.response, sound.at), replace(on_channel(MODE, channel), stands_in=False)
+        return self._race(self._from_screen(bare, screen(bare.on(self.A).seen, mode, starts=FROM_FAR)))
 
     def with_other_damping(self, c: Explanation) -> Explanation | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
@@ -384,7 +410,8 @@ class Search:
         out = []
         for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
             less = self._replacing(c, member)
-            scores = self._elements_like(Places(less.on(self.A).seen), c, (member.kind,), c.of(member.name))
+            kinds = KINDRED.get(member.kind, (member.kind,))
+            scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, c.of(member.name))
             out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
 

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.element import GenericElement, is_across, parts_of
-from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
 from checks.gap.search.explanation import Explanation
+from checks.gap.search.places import Places
 
 NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
@@ -74,6 +75,11 @@ class SearchResult:
         then a part of what the mode does, as its static gain looks like a scale."""
         response = self.best.response
         return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
+
+    @property
+    def is_filter(self) -> bool:
+        """Return whether a filter of the signal path is claimed."""
+        return any(isinstance(e, UnmodelledMode) for e in self.best.response.effects)
 
     def before(self, other: "SearchResult") -> "SearchResult":
         """Return the result of a search that started from the end of this one, together with it."""
@@ -163,6 +169,42 @@ def explain(search: Search, base: Explanation, most: int, width: int) -> SearchR
     set that explains most. width: partial explanations that are followed after the first round."""
     found = grow(search, base, LIBRARY, most, width)
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
+
+
+def as_filter(search: Search, library: SearchResult) -> SearchResult | None:
+    """Return a filter in the path of one channel, or in the drive, as an explanation of everything: the one mode that
+    explains all beside the library's effects or, on the channel that any factor explains best, one beside a calibration
+    without that channel. Its rivals are those like it and the elements. None if there is no such filter."""
+    base = library.base
+    if library.is_one_mode:
+        near = [c for c in library.rivals if len(c.response.counted) == 1 and c.score > library.best.score - NEAR]
+        filters = [_claimed(c) for c in (library.best, *near)]
+    else:
+        factors = Places(base.on(search.A).seen).factors
+        filters = search.with_effort_of_its_own().add_filter(base, max(factors, key=lambda c: factors[c]))
+    filters = [c for c in filters if c.adequate and is_possible(c) and _is_bump(c)]
+    if not filters:
+        return None
+    search.say("looking for what does as well as a filter")
+    found = search.with_effort_of_its_own().add_element(base, in_path=True)
+    first, *rivals = sorted(filters, key=lambda c: -c.score)
+    rivals += [c for c in found if c.adequate and is_possible(c)]
+    best = max((first, *rivals), key=lambda c: c.score)
+    if best.score < first.score + search.table.delta_lnL:  # what an element has to gain beyond every filter
+        best = first
+    return replace(library, best=best, rivals=tuple(c for c in (first, *rivals) if c is not best))
+
+
+def _is_bump(c: Explanation) -> bool:
+    """Return whether an explanation is a filter with a pole in the band: lags and gains are the library's."""
+    return all(isinstance(m, UnmodelledMode) and m.shape is MODE for m in c.response.counted)
+
+
+def _claimed(c: Explanation) -> Explanation:
+    """Return an explanation whose unmodelled modes no longer stand in for a name."""
+    modes = c.response.unmodelled_modes
+    members = tuple(replace(m, stands_in=False) if m in modes else m for m in c.response.members)
+    return replace(c, response=replace(c.response, members=members))
 
 
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
