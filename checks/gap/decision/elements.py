@@ -205,10 +205,10 @@ def element_sentence(
     else:
         what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
-    more = [_where(p) for p in places[1 : 1 + SHOWN]]
+    of = {ROCKING: f"a {WORDS[RESONATOR]} ", FILTER: "something "}.get(kind, "")  # elsewhere it is of another kind
+    more = [f"{of if p.direction else ''}{_where(p)}" for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
-    of = f"a {WORDS[RESONATOR]} " if kind == ROCKING else ""  # it is at one place, so the others are of the other kind
-    others = f" As good: {of}{'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
+    others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
     names = f"{AS_WELL}{', '.join(map(_label, library))}." if library else ""
     return f"Something like a {what}: {numbers}; {cause} would look like this.{others}{names}"
 

@@ -152,6 +152,33 @@ def test_a_resonance_of_one_channel_is_a_filter_of_it_and_no_pair_of_elements() 
     assert r.elements[0].experiment == Experiment.LOOP_BACK.value
 
 
+def test_on_the_axis_a_payload_that_rocks_is_a_mass_that_hangs() -> None:
+    """Closed form: with joints that do not bend, m^2 e^2 / (J + m e^2) hangs there, the payload is lighter by it."""
+    dampers = dict.fromkeys(("bench.guide_damping_N_s_per_m", "joint.cR_Nm_s_per_rad"), 0.0)
+    free = strut().with_values({f"joint.kR{a}_Nm_per_rad": 1e-6 for a in "xy"} | dampers)
+    m, J, e = free.values["bench.payload_kg"], 0.03, 0.004
+    hangs, slower = m * m * e * e / (J + m * e * e), np.sqrt(J / (J + m * e * e))
+    head, values = "element.payload.z.hung_", {"kg": hangs, "Hz": 121.0 * slower, "damping_ratio": 0.01 * slower}
+    light = free.with_values({"bench.payload_kg": m - hangs}).with_elements({head + n: v for n, v in values.items()})
+    rocking = free.with_elements(TILTING)
+    assert rocking.frf(F) == pytest.approx(light.frf(F), rel=1e-6)  # joints of 1e-6 Nm/rad are not quite free
+    centre = rocking.with_elements(TILTING | {"element.payload.Rx.read_share": 0.0}).frf(F)  # moves less than the axis
+    x = F / 121.0
+    share = (1 - x**2 + 0.02j * x) / (1 - (x / slower) ** 2 + 0.02j * x)
+    assert centre[:, 2] == pytest.approx(rocking.frf(F)[:, 2] * share, rel=1e-6)
+
+
+def test_derivatives_follow_where_the_centre_of_a_payload_that_rocks_lies() -> None:
+    """Those of joints too, whose lever it is: they are kept where what they depend on has not changed."""
+    model, y, h = strut().with_elements(TILTING), "element.payload.Rx.point_y_mm", 1e-3
+    for name in ("joint.kz_N_per_um", "joint.kRx_Nm_per_rad", y):
+        for at in (4.0, 7.0):
+            v = {**model.values, y: at}[name]
+            above, below = (model.frf(F, {y: at, name: v + d}) for d in (h, -h))
+            D = model.jacobian(F, [name], {y: at})[0]
+            assert np.abs(D - (above - below) / (2 * h)).max() < 1e-4 * np.abs(D).max()  # of the difference's own h
+
+
 @pytest.mark.parametrize("read", [0.0, 1.0])
 def test_a_payload_that_rocks_is_no_mass_on_a_spring(read: float) -> None:
     """Red while nothing but a mass on a spring was of this kind: on the axis it does the same, but it bends the joint,
