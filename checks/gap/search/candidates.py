@@ -288,14 +288,18 @@ class Search:
         if places.in_signal_path and not in_path:
             return []
         scores = sorted(places.scores(), key=lambda s: -s.net)
-        worth = [s for s in scores if s.p < WORTH_A_FIT]
-        first = worth[:ELEMENTS_TRIED]
-        if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
-            first += [s for s in worth[ELEMENTS_TRIED:] if kind_of(s.member) == ROCKING]
+        first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base, s)]
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
+        rocks = [s for s in scores if kind_of(s.member) == ROCKING]
+        if not self.over and any(kind_of(c.added) == RESONATOR for c in found[:1]):  # they move the axis alike
+            rocking = self._race([c for s in rocks for c in self._from_screen(base, s)])
+            if any(c.adequate for c in rocking):
+                return best_of_each([*rocking, *found])
+            if any(c.score > found[0].score for c in rocking):
+                found, first = best_of_each([*rocking, *found]), [*first, *rocks]
         tried = [*first[:FROM_FAR], *(next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR])]
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
