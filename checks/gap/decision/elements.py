@@ -9,6 +9,7 @@ from checks.fitting.fit import Fit
 from checks.gap.decision.alternatives import OTHER_VALUES, Alternatives, Unnamed
 from checks.gap.decision.result import FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import PAYLOAD
 from checks.gap.modelling.element import (
     ACROSS,
     BESIDE_THE_AXIS,
@@ -23,7 +24,6 @@ from checks.gap.modelling.element import (
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.unmodelled_modes import FILTER
 from checks.gap.search.explanation import Alternative, Explanation
-from checks.gap.search.places import PAYLOAD
 from checks.model.model import Model
 from checks.model.parameters import is_declared
 from checks.model.structure.attached import BETWEEN

@@ -1,10 +1,10 @@
 """Generic elements: what attaches to the strut at a place, along a direction, of a kind. They are members of an
 explanation as the library's effects are, and have place, kind and values in place of a name."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import nan
+from math import nan, sqrt
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
@@ -163,6 +163,14 @@ def rocking(read: bool = False) -> GenericElement:
         ],
     )
     return replace(one, name=f"{one.name}_read") if read else one
+
+
+def seems_to_hang(values: Mapping[str, float], m: float) -> dict[str, float]:
+    """Return the mass on a spring that a rocking payload of mass m [kg] seems to be along the axis."""
+    away = 1e-6 * m * (values["x_mm"] ** 2 + values["y_mm"] ** 2)
+    slower = sqrt(values["J_kg_m2"] / (values["J_kg_m2"] + away))
+    of_both = {n: slower * values[n] for n in ("f_Hz", "damping_ratio")}
+    return {"m_kg": m * away / (values["J_kg_m2"] + away), **of_both}
 
 
 @lru_cache(maxsize=64)

@@ -28,6 +28,7 @@ from checks.gap.modelling.element import (
     element,
     kind_of,
     parts_of,
+    seems_to_hang,
 )
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode, on_channel
@@ -293,13 +294,11 @@ class Search:
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
-        rocks = [s for s in scores if kind_of(s.member) == ROCKING]
-        if not self.over and any(kind_of(c.added) == RESONATOR for c in found[:1]):  # they move the axis alike
+        if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
+            rocks = [s for s in scores if kind_of(s.member) == ROCKING and not self.over]
             rocking = self._race([c for s in rocks for c in self._from_screen(base, s)])
             if any(c.adequate for c in rocking):
                 return best_of_each([*rocking, *found])
-            if any(c.score > found[0].score for c in rocking):
-                found, first = best_of_each([*rocking, *found]), [*first, *rocks]
         tried = [*first[:FROM_FAR], *(next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR])]
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
@@ -415,7 +414,9 @@ class Search:
         for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
             less = self._replacing(c, member)
             kinds = KINDRED.get(member.kind, (member.kind,))
-            scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, c.of(member.name))
+            known = c.of(member.name)
+            known |= seems_to_hang(known, c.response.payload(c.at)) if member.kind == ROCKING else {}
+            scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, known)
             out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
 
@@ -427,8 +428,10 @@ class Search:
         needed = AS_GOOD * (places.left - 2.0 * c.cost)
         if max(places.gains.values(), default=0.0) < needed:
             return []
-        absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
-        return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
+        absent = sorted((s for s in places.scores(kinds, known) if s.member.name not in c.names), key=lambda s: -s.net)
+        # its score is that of what it is begun from: too little where da is read beside the axis
+        rocks = [s for s in absent if kinds is not KINDS and kind_of(s.member) == ROCKING]
+        return [s for s in absent if s.gain > needed and s not in rocks][:ELEMENTS_TRIED] + rocks
 
     def _replacing(self, c: Explanation, member: Effect) -> Explanation:
         """Return a candidate without a member that another is to replace, at all its other values: what the member

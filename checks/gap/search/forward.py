@@ -5,9 +5,11 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import GenericElement, is_across, parts_of
+from checks.gap.modelling.element import RESONATOR, ROCKING, GenericElement, is_across, kind_of, parts_of
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
@@ -269,7 +271,9 @@ def _finish(
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
     elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and is_possible(c)]
-    adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
+    adequate = [*adequate, best, *elsewhere]
+    worth = [c for c in (best, *elsewhere) if _is_worth_rocking(c, adequate)]
+    best = max(worth or [best], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - NEAR and c.names != best.names)
@@ -278,6 +282,19 @@ def _finish(
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+
+
+def _is_worth_rocking(c: Explanation, others: Sequence[Explanation]) -> bool:
+    """Return whether a candidate has no rocking payload, or one that does better than a mass that hangs there by what
+    two explanations are told apart with: it does the same with two values more."""
+    if not any(kind_of(m) == ROCKING for m in c.response.effects):
+        return True
+    hangs = [o.lnL for o in others if any(kind_of(m) == RESONATOR and m.place == "payload" for m in _elements(o))]
+    return c.lnL > max(hangs, default=-np.inf) + 0.5 * c.table.two_delta_lnL
+
+
+def _elements(c: Explanation) -> list[GenericElement]:
+    return [m for m in c.response.effects if isinstance(m, GenericElement)]
 
 
 def is_possible(c: Explanation) -> bool:

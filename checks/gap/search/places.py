@@ -41,7 +41,7 @@ SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
-PAYLOAD, CENTRE_MM = "bench.payload_kg", 4.0  # where the centre of a payload that rocks is begun beside the axis
+CENTRE_MM = 4.0  # where the centre of a payload that rocks is begun beside the axis
 EQUAL = 1e-6  # of a gain: of one channel alone every factor and every place explain the same
 
 NOTHING_KNOWN: Mapping[str, float] = {}
@@ -167,15 +167,14 @@ class Places:
         return sorted(out.values(), key=lambda s: -s.gain)
 
     def _rocking(self, known: Mapping[str, float]) -> Iterator[Score]:
-        """Yield the scores of a payload that rocks: along the axis, where it is begun from, a mass that hangs does the
-        same with a share m e^2 / (J + m e^2) of the payload's mass m, whose centre lies e beside the axis."""
-        places, payload = self.receptances.places, self.projected.response.changes(self.projected.at)
+        """Yield the scores of a payload that rocks, begun from what does the same along the axis: a mass that hangs,
+        the share m e^2 / (J + m e^2) of the payload's mass m, whose centre lies e beside the axis."""
+        places = self.receptances.places
         if "top_joint" not in places or places["payload"][3:].any() or self._has(rocking()):
             return
         fits = self._fits(element("payload", "z", RESONATOR), Direction("payload", "z"), known)
         hung, gain = max(fits, key=lambda fit: fit[1], default=({}, 0.0))
-        model = self.projected.response.model
-        m = payload.get(PAYLOAD, model.values[PAYLOAD])
+        m = self.projected.response.payload(self.projected.at)
         if not 0.0 < (share := hung.get("m_kg", 0.0) / m) < 1.0:
             return
         J = m * (1e-3 * CENTRE_MM) ** 2 * (1.0 - share) / share
