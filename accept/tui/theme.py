@@ -30,6 +30,7 @@ _COLOURS = {  # on dark, on light
     "panel": ("#1f2937", "#e2e8ee"),
 }
 _VARIABLES = {
+    "frame": ("#3a4a61", "#aab7c4"),  # of a card that is not in use
     "footer-background": ("#171e29", "#e2e8ee"),
     "footer-key-foreground": ("#f0b450", "#8a5300"),
     "footer-description-foreground": ("#a9b6c8", "#3c4a5c"),
@@ -80,7 +81,7 @@ def of_16(one: Theme) -> Theme:
     """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has. On light, frames and
     chips take a grey of these: their own is the white of the ground."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
-    chip = {} if one.dark else {"block-cursor-background": _16_GREY}
+    chip = {} if one.dark else {"block-cursor-background": _16_GREY, "frame": _16_GREY}
     panel = one.panel if one.dark else _16_GREY
     return replace(one, success=green, error=red, warning=yellow, panel=panel, variables=one.variables | chip)
 

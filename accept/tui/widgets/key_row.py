@@ -60,6 +60,7 @@ class KeyRow(Static):
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, self.show)
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._draw())
         self.call_after_refresh(self.show, self.screen)
 
     def on_resize(self) -> None:
