@@ -168,7 +168,8 @@ class Working(Screen[T]):
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
         """Return the bindings as the dialogue calls them, those that do nothing at present out of the row of keys."""
-        idle, called = getattr(self.dialogue, "idle_keys", ()), getattr(self.dialogue, "called", {})
+        names = self.dialogue or self
+        idle, called = getattr(names, "idle_keys", ()), getattr(names, "called", {})
         bindings = super().active_bindings
         for key, active in bindings.items():
             if active.node is self:

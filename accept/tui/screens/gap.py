@@ -37,10 +37,12 @@ class Explain(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "go_on", "Go on", priority=True),
-        Binding("f3", "search", "Compare"),
+        Binding("f3", "search", "Measure"),
         Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
+
+    called: ClassVar[dict[str, str]] = {"f3": "Compare"}  # as at a misalignment
 
     def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__(bench, session, WORDS, GAP)

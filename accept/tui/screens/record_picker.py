@@ -23,7 +23,7 @@ from accept.workflow.entry.record_folder import LOOKED_INTO_MOST, Listing, age_w
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
 REFUSED = "✗ "
 _NONE_SUCH = "No file has these letters in its name. Backspace: less"
-_HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
+_HINT = "New files appear here. Letters filter, Enter: choose, Esc: cancel"
 
 
 def content_words(path: Path, size: int) -> str:

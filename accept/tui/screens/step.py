@@ -330,7 +330,7 @@ class StepScreen(Page):
         fields = [Field(line.place) for line in self.dialogue.lines]
         await self.query_one("#fields").mount(*fields)
         self._fields = fields
-        self._show_count()
+        self.call_after_refresh(self._show_count)  # its card has its width then
 
     def show(self) -> None:
         """Show everything above the fields and around them."""

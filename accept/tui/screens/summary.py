@@ -329,7 +329,7 @@ def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
     if not text and d.accepted:
         text.append(f"All {len(d.findings)} quantities pass", "bold")
     if (closest := d.closest) and d.accepted:
-        text.append(f"\n{closest}", "dim")
+        text.append(f"\n{closest}", "not bold")
     return text.append("".join(f"\n→ {words}" for words in d.todo), "bold yellow")
 
 

@@ -49,6 +49,12 @@ def test_every_colour_of_text_can_be_read_on_every_ground(one):
     assert not poor
 
 
+@pytest.mark.parametrize(("drawn", "ground"), [(theme.ANSI_DARK_16, (0, 0, 0)), (theme.ANSI_LIGHT_16, (255, 255, 255))])
+def test_axes_are_seen_in_16_colours(drawn, ground):
+    """Red before: they were black on black."""
+    assert contrast(tuple(drawn.ansi_colors[BRIGHT]), ground) >= TEXT
+
+
 async def test_f12_changes_light_and_dark(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ACCEPT_THEME", "light")
     async with running(loader(), given=Given("Ann")) as pilot:
@@ -65,9 +71,10 @@ def key_colours(pilot: Pilot[None]) -> set[tuple[int, int, int]]:
     return {part.style.color.get_truecolor() for part in parts if part.text.strip() in ("F6", "Esc", "F1", "^P")}
 
 
-async def test_no_text_of_a_judged_step_is_too_faint():
+async def test_no_text_of_a_judged_step_is_too_faint(monkeypatch: pytest.MonkeyPatch):
     """Red before: the instrument under the instruction (2.9 on light), the number in a title (2.8), in a failed
-    result the limits of what had passed."""
+    result the limits of what had passed, and what is still to be connected."""
+    monkeypatch.setenv("COLORTERM", "truecolor")
     async with running(loader("apa-basic"), (120, 36)) as pilot:
         await begin(pilot)
         await fill_values(pilot, more=5.0)
@@ -124,8 +131,18 @@ def test_frames_and_chips_are_seen_in_16_colours(one):
     def number(colour: str) -> int:
         return Color.parse(colour).downgrade(ColorSystem.STANDARD).number
 
-    for part in (shown.panel, shown.variables["block-cursor-background"]):
+    for part in (shown.panel, shown.variables["frame"]):
         assert number(part) not in {number(shown.background), number(shown.foreground)}
+    ink, ground = (number(shown.variables[f"block-cursor-{of}"]) for of in ("background", "foreground"))  # turned round
+    assert {ink, ground} & {0} and {ink, ground} & {7, 15}, (ink, ground)
+
+
+async def test_the_chip_is_turned_round_in_16_colours(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("COLORTERM", "")
+    monkeypatch.setenv("TERM", "xterm-16color")
+    async with running(loader(), given=Given("Ann")) as pilot:
+        row = pilot.app.screen.query_one(KeyRow)
+        assert [part.style.reverse for part in row.render_line(0) if part.text.strip() == "Enter Open"] == [True]
 
 
 async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):

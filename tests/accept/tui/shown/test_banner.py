@@ -49,8 +49,9 @@ async def test_the_result_is_large_and_can_be_heard(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("name", [theme.DARK, theme.LIGHT])
-async def test_letters_have_the_colours_of_the_theme(name: str):
+async def test_letters_have_the_colours_of_the_theme(name: str, monkeypatch: pytest.MonkeyPatch):
     """Red before: they were the plain red and green of style sheets, hardly seen on their ground."""
+    monkeypatch.setenv("COLORTERM", "truecolor")
     async with running() as pilot:
         pilot.app.theme = name
         await begin(pilot)
