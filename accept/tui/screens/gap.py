@@ -133,7 +133,7 @@ def answer(found: Mapping[str, Any]) -> Text:
         text.append("".join(f"    {pretty(detail)}\n" for detail in each.details), "dim")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
     text.append("  G before → after, on unseen records; 1 or less agrees:", "bold")
-    text.append("".join(f"\n    {c}  {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items()), "bold")
+    text.append("".join(f"\n    {c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items()), "bold")
     where = found.get("where", ())
     for each in where[:_BANDS]:
         band = f"{each['f_lo_Hz']:.0f} to {each['f_hi_Hz']:.0f} Hz"

@@ -59,5 +59,6 @@ async def test_letters_have_the_colours_of_the_theme(name: str, monkeypatch: pyt
         await press(pilot, "f9")
         banner = pilot.app.screen.query_one(Banner)
         assert banner.word == "accepted"
-        colours = {part.style.color.get_truecolor() for part in banner.render_line(0) if "▀" in part.text}
+        shown = pilot.app.screen._compositor.render_strips()[banner.region.y]
+        colours = {part.style.color.get_truecolor() for part in shown if "▀" in part.text}
         assert colours == {Color.parse(pilot.app.current_theme.success).rgb}
