@@ -6,6 +6,7 @@ shown is simulated, measured and computed on the way.
 
 import asyncio
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
@@ -22,7 +23,7 @@ from accept.tui.screens.start import Given
 from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
 from tests.accept.tui.shown.cell_picture import save
-from tests.accept.tui.tui_help import fill_basic, press, running, shown, type_line, words
+from tests.accept.tui.tui_help import fill_basic, press, running, type_line, words
 
 SIZE = (120, 36)
 
@@ -46,13 +47,19 @@ async def open_row(pilot: Pilot[None], key: str) -> None:
     await press(pilot, "enter")
 
 
+async def read(pilot: Pilot[None]) -> None:
+    """Until the instrument is read, without a fault, which it has beside other work."""
+    while not re.search(r"F3 Take  -?\d[^✗]*$", words(pilot, "#gauge")):
+        await asyncio.sleep(0.05)
+
+
 async def measuring(out: Path) -> None:
     """An instrument's live value, one value taken."""
     bench = open_training("apa", 1)
     async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "flatness")
-        await shown(pilot, "#gauge", " µm")
+        await read(pilot)
         keep(pilot, out / "workflow-step.png")
         await press(pilot, "f12")
         keep(pilot, out / "workflow-step-light.png")
@@ -60,7 +67,7 @@ async def measuring(out: Path) -> None:
         await press(pilot, "escape")
         await open_row(pilot, "capacitance")
         await press(pilot, "f3", "up")
-        await shown(pilot, "#gauge", "outside")
+        await read(pilot)
         keep(pilot, out / "workflow-live.png")
     bench.close()
 

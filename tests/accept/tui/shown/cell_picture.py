@@ -39,7 +39,7 @@ def save(app: App[Any], path: Path) -> None:
                     _cell(pen, column * WIDE, row * HIGH, letter, part, ink, ground)
                     column += cells
     path.parent.mkdir(parents=True, exist_ok=True)
-    picture.quantize(64, dither=Image.Dither.NONE).save(path, optimize=True)
+    picture.save(path, optimize=True)
 
 
 def _cell(pen: ImageDraw.ImageDraw, x: int, y: int, letter: str, part: Segment, ink: Colour, ground: Colour) -> None:
