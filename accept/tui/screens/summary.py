@@ -246,8 +246,10 @@ class Summary(Scanning):
             self._show_result(d.facts.result)
         self._show_ticks()
         words, page = d.certificate_words, d.facts.certificate
-        if page is not None:  # its name is not broken
-            words = f"{words.replace(str(page), f'{Path(page).name}{chr(10)}in {Path(page).parent}')}\n^E: open it"
+        if page is not None:
+            if self.app.size.width >= WIDE_FROM:  # in a narrow card, where its name would be broken
+                words = words.replace(str(page), f"{Path(page).name}\nin {Path(page).parent}")
+            words += "\n^E: open it"
         self.query_one("#certificate", Static).update(words)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
@@ -325,7 +327,7 @@ def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
     if held:
         text.append(f"HELD: nonconformance at {where_held(held)}. QA decides (^T).", HELD)
     opens = "   ".join(words.replace("no result", _NO_RESULT) for words in d.open_words)
-    text.append(f"{chr(10) if held and opens else ''}{opens}")
+    text.append(f"{'   ' if held and opens else ''}{opens}")
     if not text and d.accepted:
         text.append(f"All {len(d.findings)} quantities pass", "bold")
     if (closest := d.closest) and d.accepted:
