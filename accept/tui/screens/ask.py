@@ -90,7 +90,8 @@ class Question(InFront[list[str]]):
         self._checking = False
 
     def beside(self, row: int) -> None:
-        """Stand at the right below this row, in the place of a card, where there is room."""
+        """Put the question on the right below a row, over a card of the screen behind it; on a narrow terminal it
+        stays in the middle."""
         self.add_class("beside")
         self._row = row
 
