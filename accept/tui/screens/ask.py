@@ -90,8 +90,7 @@ class Question(InFront[list[str]]):
         self._checking = False
 
     def beside(self, row: int) -> None:
-        """Put the question on the right below a row, over a card of the screen behind it; on a narrow terminal it
-        stays in the middle."""
+        """Put the question on the right, below a row of the screen behind it; not on a narrow terminal."""
         self.add_class("beside")
         self._row = row
 
