@@ -310,7 +310,8 @@ class Summary(Scanning):
     @property
     def main_key(self) -> str:
         """Return the key of what is to be done next."""
-        return "f8" if self.dialogue.failed else "f10" if self.dialogue.facts.certificate is not None else "ctrl+s"
+        signed = self.dialogue.facts.certificate is not None and not self._signs  # and verified
+        return "f8" if self.dialogue.failed else "f10" if signed else "ctrl+s"
 
     def help_text(self) -> str:
         return (
