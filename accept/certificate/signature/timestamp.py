@@ -75,7 +75,7 @@ class _Client(TimeStamper):
         return token
 
     async def async_request_tsa_response(self, req: tsp.TimeStampReq) -> tsp.TimeStampResp:
-        """Raises TimestampRequestError, ValueError."""
+        """Return the answer of the server. Raises TimestampRequestError, ValueError."""
         found = list[bytes | Exception]()
         Thread(target=self._ask, args=(req.dump(), found), daemon=True).start()  # one that hangs holds nothing up
         until = time.monotonic() + TIMEOUT_S

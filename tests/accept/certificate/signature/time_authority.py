@@ -129,11 +129,8 @@ def responder(asked: list[Authority], wrong: str = "") -> Iterator[str]:
                 request["nonce"] = 12345
             elif wrong == "years ahead":
                 when = datetime.now(UTC) + timedelta(days=400)
-            other = {
-                "no encoding at all": b"\x30\x82\xff\xff",
-                "empty": b"",
-                "a refusal": bytes.fromhex("30053003020102"),
-            }
+            refusal = bytes.fromhex("30053003020102")  # a status and no token
+            other = {"no encoding at all": b"\x30\x82\xff\xff", "empty": b"", "a refusal": refusal}
             good = asked[0].at(when).request_tsa_response(request).dump()
             pieces, pause = [other.get(wrong, good)], 0.0
             if wrong == "without end":
