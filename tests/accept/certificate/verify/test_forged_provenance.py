@@ -65,9 +65,7 @@ def certify_twice(place: Path) -> None:
     assert plainly(verified(certified(place, "B-1", spec=str(spec), stroke=366.1)))
 
 
-twice_certified = kept(
-    certify_twice, ACCEPT_CA_PASSPHRASE="authority phrase", ACCEPT_QA_PASSPHRASE="battery staple"
-)
+twice_certified = kept(certify_twice, ACCEPT_CA_PASSPHRASE="authority phrase", ACCEPT_QA_PASSPHRASE="battery staple")
 
 
 @pytest.fixture
