@@ -17,7 +17,6 @@ from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation.inputs import prepare
 from checks.gap.search.candidates import Effort
 from checks.gap.workflow import Inputs, run
-from tests.checks.gap.shared.gap_cases import fewer
 from tests.checks.misalignment.as_built import PLANTS, F, measured
 from tests.soak import SOAK
 from validation.shell import draw_shell
@@ -51,7 +50,7 @@ def inputs(strut: Strut, sds: Mapping[str, float], rng: np.random.Generator) -> 
 
 @cache
 def analysed(hide: Hide) -> Result:
-    return run(fewer(inputs(hide(nominal()), MEASURED, np.random.default_rng(1))), lambda _: None)
+    return run(inputs(hide(nominal()), MEASURED, np.random.default_rng(1)), lambda _: None)
 
 
 def said(given: Inputs) -> list[str]:

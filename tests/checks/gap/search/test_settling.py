@@ -75,7 +75,7 @@ def test_the_experiment_that_is_asked_for_leaves_the_right_place(
 
 def test_an_element_that_an_experiment_refutes_is_not_stated() -> None:
     """Whatever is at the payload was said to be removed, and nothing has changed, with a class of one place before."""
-    only = fewer(replace(hiding(BELLOWS), model=exact()))
+    only = replace(hiding(BELLOWS), model=exact())
     held = ConditionTrial("added_mass", EXPERIMENT_KINDS["added_mass"], 0.5, only.A, only.B)  # no mass was added
     answer = run(replace(only, trials=(held,)), lambda _: None)
     assert (answer.named, answer.elements) == ((), ())
