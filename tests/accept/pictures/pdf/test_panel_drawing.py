@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
 from reportlab.pdfgen.canvas import Canvas
@@ -22,6 +22,7 @@ from accept.pictures.pdf.panels import BOTTOM, LEFT, RIGHT, TOP, draw_panel
 from accept.pictures.scale import Scale, scales
 from checks.picture import Heights, Image, Line, Panel, Text
 from tests.accept.pictures.test_pictures import EVERYTHING, MAPS
+from tests.soak import SOAK
 
 X, Y, WIDTH, HEIGHT = 40.0, 500.0, 180.0, 160.0
 
@@ -108,6 +109,7 @@ def test_every_axis_can_be_read(lo: float, span: float, log: bool, degrees: bool
 @given(
     st.lists(st.sampled_from([0.0, -1.0, 1e-300, 1e300, math.nan, math.inf, -math.inf, 3.0]), min_size=1, max_size=5)
 )
+@settings(max_examples=100 if SOAK else 30)
 def test_no_value_stops_the_drawing(values: list[float]) -> None:
     """Not one, none finite, none positive on a logarithmic axis, or of every size at once."""
     array = np.array(values)
