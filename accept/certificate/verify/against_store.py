@@ -19,7 +19,7 @@ from accept.base.plain_text import listed
 from accept.base.spelling import difference, spelling_key
 from accept.base.version import code_sha256
 from accept.capture.reference_check import history
-from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.content import BEFORE, CertificateContent, same_json
 from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.contents.provenance import History, differences
@@ -145,10 +145,9 @@ def _history(
     store: Store, events: Sequence[Event], contents: CertificateContent, by: _Signatures, roots: _Authorities
 ) -> list[Step]:
     signature = by[0][1]
-    result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == UnitJudged.KIND and e.seq < signature.seq and named in (None, e.seq)]
-    own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
+    own = next((e for e in reversed(before) if same_json(e.data["result"], contents.result)), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
     signed = {e.seq: CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND}

@@ -368,3 +368,16 @@ def test_a_nonconformance_is_one_as_people_write_it(mark: str) -> None:
     assert in_notes({"stroke": [f"{mark}frame cracked", "no nonconformance: looked at twice"]}) == [
         "stroke: frame cracked"
     ]
+
+
+@pytest.mark.parametrize("also_changed", [False, True])
+def test_a_decision_is_the_reason_of_the_certificate_that_it_amends(reported: Path, also_changed: bool) -> None:
+    """But not of another value."""
+    dispose("use-as-is")
+    without_the_note(reported)
+    if also_changed:
+        change(reported, "stroke_um = 373.2", "stroke_um = 371.2")
+    pdf, done = report(reported)
+    assert done.exit_code == 0, done.output
+    why = "no reason was given" if also_changed else "quality assurance has decided about what held it"
+    assert f"replaces certificate A/1: {why}" in page_of(pdf)

@@ -15,9 +15,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.pictures.pdf.fonts import register
+from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, register
 from accept.pictures.pdf.panels import BOTTOM, LEFT, RIGHT, TOP, draw_panel
 from accept.pictures.scale import Scale, scales
 from checks.picture import Heights, Image, Line, Panel, Text
@@ -125,3 +127,13 @@ def test_no_value_stops_the_drawing(values: list[float]) -> None:
             (Heights(array, array, array, "z"), Image(np.arange(2.0), array[:1], array[:1, None] * np.ones(2))),
         )
     )
+
+
+@pytest.mark.parametrize("font", [REGULAR, BOLD, MONO])
+@pytest.mark.parametrize("text", ["", "Bending in x", "µm ≤ 10 Ω", "\u4e2d no glyph", "long " * 40, b"bytes \xc2\xb5"])
+def test_a_kept_width_is_that_of_reportlab(font: str, text: str | bytes) -> None:
+    register()
+    face = pdfmetrics.getFont(font)
+    wanted = TTFont.stringWidth(face, text, 7.5)
+    assert [face.stringWidth(text, 7.5), face.stringWidth(text, 7.5)] == [wanted, wanted]
+    assert face.stringWidth(text, 15.0) == TTFont.stringWidth(face, text, 15.0)
