@@ -48,11 +48,11 @@ class Stamped:
 
 
 class _Client(TimeStamper):
-    """Client of the authority at a URL. Whatever its server does, an answer is there within TIMEOUT_S, and one that
-    would not verify is none."""
+    """Client of the authority at a URL. It waits TIMEOUT_S for an answer, reads no more than LARGEST bytes of it, and
+    refuses a timestamp that would not verify."""
 
     def __init__(self, url: str) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
         self.url = url
 
     async def async_timestamp(self, message_digest: bytes, md_algorithm: str) -> cms.ContentInfo:
