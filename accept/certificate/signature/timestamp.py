@@ -83,8 +83,10 @@ class _Client(TimeStamper):
             if time.monotonic() > until:
                 raise TimestampRequestError(f"no answer within {TIMEOUT_S:g} s")
             await asyncio.sleep(0.005)
-        if isinstance(found[0], Exception):
-            raise TimestampRequestError(str(found[0])) from found[0]
+        if isinstance(found[0], TimestampRequestError):
+            raise found[0]
+        if isinstance(found[0], Exception):  # whose own words repeat the address, with its secrets
+            raise TimestampRequestError(f"it cannot be reached ({type(found[0]).__name__})") from found[0]
         return tsp.TimeStampResp.load(found[0])
 
     def _ask(self, request: bytes, found: list[bytes | Exception]) -> None:
