@@ -24,7 +24,7 @@ from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
 from checks.model import Model, is_mode_factor
-from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, fewer, recorded, strut
+from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
 from validation.model_files import write_model
 from validation.sets import Set
 from validation.shell import PUBLIC
@@ -78,7 +78,7 @@ def hiding(elements: dict[str, float], effects: dict[str, dict[str, float]] | No
 
 
 def found(elements: dict[str, float]) -> Result:
-    return run(fewer(hiding(elements)), lambda _: None)
+    return run(hiding(elements), lambda _: None)
 
 
 def parts(r: Result) -> list[tuple[str, str]]:
