@@ -100,7 +100,7 @@ pictures: $(DEV)
 	mkdir -p docs/img
 	pdftoppm -r 100 -png -singlefile build/pictures/certificates/APA-03.pdf docs/img/certificate
 	$(BIN)/python tests/accept/tui/picture_screens.py docs/img
-	$(BIN)/python tests/shared/explanation_figures.py docs/img
+	$(BIN)/python tests/shared/explanation_figures.py docs/img/physics
 	$(BIN)/python tests/accept/fleet/picture_fleet.py docs/img/fleet
 	rm -rf build/tutorial
 	$(BIN)/accept simulate unit --kind strut --model strut-as-built --draw --serial S-T --dy-um 150 --seed 11 --low-s 12 --high-s 12 --out build/tutorial/S-T

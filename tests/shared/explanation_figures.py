@@ -1,7 +1,7 @@
 """The figures of the pages that explain the physics: `make pictures` computes them with the project's own models,
 simulation and checks, and writes them small.
 
-Run by hand: `python tests/shared/explanation_figures.py docs/img`.
+Run by hand: `python tests/shared/explanation_figures.py docs/img/physics`.
 """
 
 import os
@@ -35,8 +35,8 @@ def main() -> None:
             content = picture(
                 [reduce_panel(p) for p in panels], "png", (width * len(panels), height), columns=len(panels), dots=DOTS
             )
-            (out / f"physics-{name}.png").write_bytes(content)
-            print(out / f"physics-{name}.png", len(content))
+            (out / f"{name}.png").write_bytes(content)
+            print(out / f"{name}.png", len(content))
 
 
 def figures(place: Path) -> Iterator[tuple[str, list[Panel]]]:
