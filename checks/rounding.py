@@ -23,8 +23,7 @@ def rounded(value: float, U: float | None) -> str:
 
 
 def with_U(value: float, U: float) -> str:
-    """Return `93.918 ± 0.019`; or `0.2957 ± less than 0.0001` if U is above 0 but under a ten thousandth of the
-    value."""
+    """Return `93.918 ± 0.019`; `0.2957 ± less than 0.0001` if U is above 0 but under 1e-4 of the value."""
     if not 0.0 < U < BELIEVED * abs(value) or not math.isfinite(value) or abs(value) >= LARGE:
         return f"{rounded(value, U)} ± {rounded_U(U)}"
     decimals = 3 - math.floor(math.log10(abs(value)))

@@ -1,5 +1,4 @@
-"""The bench file: which instruments there are, how they are connected, how accurate, until when calibrated; and how the
-rig writes its records."""
+"""The bench file: its instruments, their connection, accuracy and calibration; and how the rig writes its records."""
 
 import datetime
 from collections.abc import Mapping

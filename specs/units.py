@@ -122,8 +122,7 @@ _LOOSE_HEADER = re.compile(r"^(?P<name>\w[\w .-]*?)\s*(?:/|\bin\b|,)\s*(?P<unit>
 
 
 def parse_column(text: str) -> tuple[str, str]:
-    """Return name and unit of a column as `parse_header`, also of `de/nm`, `de in nm` and `de, nm` if the last part is
-    a unit."""
+    """Return name and unit of a column, as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` if it is one."""
     name, unit = parse_header(text)
     found = None if unit else _LOOSE_HEADER.match(name)
     if found is None or not is_unit(found["unit"]) or is_unit(found["name"]):
@@ -149,8 +148,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def to_si(unit: str) -> tuple[float, str] | None:
-    """Return the factor to SI and the SI unit: "nm" is (1e-9, "m"). None for an unknown unit, and for grams, which may
-    be an acceleration."""
+    """Return the factor to SI and the SI unit: "nm" is (1e-9, "m"). None for an unknown unit, and for grams."""
     parts = _parts(unit.strip())
     return None if parts is None or "g" in parts[1] else (parts[0], "/".join(parts[1]))
 

@@ -61,8 +61,7 @@ class GuardedMeasurement:
 
 
 class Checks(Mapping[str, Check]):
-    """Checks by name. The program's own are loaded one by one at their first use; their names are known from the
-    start."""
+    """Checks by name. The program's own are loaded at their first use; their names are known before."""
 
     def __init__(self) -> None:
         self._loaded: dict[str, Check] = {}

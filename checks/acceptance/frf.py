@@ -164,8 +164,7 @@ def _merge(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 
 
 def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
-    """Return the delays of the channels behind the drive. Raises NoResult for a dead, reversed, late or scaled
-    channel."""
+    """Return the delays behind the drive. Raises NoResult for a dead, reversed, late or scaled channel."""
     low, high, merge_Hz = records["low"], records["high"], curves.merge_Hz
     vet_responses("low", low.name, curves.low.band(1.0, merge_Hz))
     vet_responses("high", high.name, curves.high.band(merge_Hz, 0.4 * high.fs))

@@ -46,8 +46,7 @@ class Loop:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return the loop width of the displacement [percent] at the largest and the smallest amplitude; that of Vs if
-    recorded.
+    """Return the loop width of the displacement [percent] at largest and smallest amplitude; also of Vs if recorded.
 
     The width is the opening at mid-voltage relative to the peak to peak of the displacement, of the last period of each
     amplitude. A high-pass turns the loop of Vs into the same ellipse at every amplitude, so its hysteresis is the width
@@ -164,8 +163,7 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
 
 def _width(name: str, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
     """Return the width with its budget. A response stored a sample beside its drive opens or closes the loop by that
-    sample's angle; the record does not show by which part of a sample the two are apart, so every part is equally
-    likely ([JCGM100] 4.3.7)."""
+    sample's angle; every part of a sample is equally likely ([JCGM100] 4.3.7)."""
     percent = 100 * abs(loop.width.value)
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),

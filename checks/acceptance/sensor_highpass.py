@@ -76,8 +76,7 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
 
 
 def _corner_without(values: Values, top_Hz: float) -> Quantity:
-    """Return the corner without the resistor, of the input's own resistance; mostly below the record's lowest
-    frequency."""
+    """Return the corner of the input's own resistance; mostly below the record's lowest frequency."""
     name = "sensor_highpass_without_Hz"
     if "without_resistor" not in values:
         return Quantity.missing(name, because(Cause.NOT_MEASURED, record="without_resistor"))

@@ -128,8 +128,7 @@ def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalSte
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
-    """Return the deflection as in [STB] 3.1.7: the difference between means over half a second, before the first step
-    and under load."""
+    """Return the deflection as in [STB] 3.1.7: of means over half a second, before the first step and under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
         return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))

@@ -164,8 +164,7 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
 
 
 def _check_range(V: Array, wanted: Range) -> float:
-    """Return the sum of the distances of the ends of V from the wanted ones [V]. Raises NoResult beyond the
-    tolerance."""
+    """Return how far the ends of V are from the wanted ones, in sum [V]. Raises NoResult beyond the tolerance."""
     first, highest = float(V[0]), float(V.max())
     if not abs(first - wanted.start) <= wanted.tolerance:
         raise NoResult(Cause.VOLTAGE_START, value=first, expected=wanted.start, within=wanted.tolerance)

@@ -18,9 +18,8 @@ Known = Mapping[str, Quantity]
 
 @dataclass(frozen=True)
 class Relation:
-    """Plausible range of a ratio: one over other, times `scale`, lies within lo to hi. one, other: quantities;
-    sections: of `unit.toml`, whose data they come from; spared: quantities of these that are read by themselves; needs:
-    what `scale` takes."""
+    """Plausible range of a ratio: one over other, times `scale`, within lo to hi. one, other: quantities; sections: of
+    `unit.toml`, whose data they come from; spared: quantities of these read by themselves; needs: of `scale`."""
 
     title: str
     one: str
@@ -56,8 +55,7 @@ def _relative_U(quantity: Quantity) -> float:
 
 
 def _static(known: Known) -> float:
-    """Return the factor from a gain over 10 to 20 Hz to the static gain: that band lies a little up the flank of the
-    resonance."""
+    """Return the factor from a gain over 10 to 20 Hz to the static gain: that band is on the flank of the resonance."""
     f = known["axial_resonance_Hz"].value
     lo, hi = STATIC_HZ
     return 1.0 - (hi**3 - lo**3) / (hi - lo) / 3 / f**2

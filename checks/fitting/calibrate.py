@@ -56,9 +56,8 @@ def calibrate(
     unseen: Dataset | None = None,
     starts: int = 1,
 ) -> Calibration:
-    """Return the fit of the model's uncertain parameters. free: the free parameters, by default all uncertain ones;
-    wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
-    ModelError as `fit` does."""
+    """Return the fit of the model's uncertain parameters. free: by default all uncertain ones; wrap: makes the fitted
+    response from the model; unseen: another realisation, to judge a tolerance by. Raises as `fit`."""
     free = free_of(model) if free is None else free
     first = quicker(model) if model.scatters else model  # `refine` asks the data for the form
     found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
@@ -125,8 +124,7 @@ def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, floa
 
 @lru_cache(maxsize=8)
 def with_damping(model: Model, damping: str) -> Model | None:
-    """Return the model with another form of damping, None if it has only one. Cached with the solutions of the
-    model."""
+    """Return the model with another form of damping, None if it has only one. Cached with its solutions."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

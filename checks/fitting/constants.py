@@ -1,5 +1,4 @@
-"""Actuator and sensor constants from measured responses: by the formulas of [STB] 4.2.1, or least squares with
-intervals."""
+"""Actuator and sensor constants from responses: by the formulas of [STB] 4.2.1, or least squares with intervals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

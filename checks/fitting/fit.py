@@ -103,9 +103,8 @@ class Fit:
 
 
 def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
-    """Return the model's uncertain parameters with their priors and physical bounds; names: only these, with priors if
-    they have one. The joint prior of several parameters is the model's `joint`. Raises ModelError for an unknown
-    name."""
+    """Return the model's uncertain parameters with their priors and physical bounds; names: only these. The joint prior
+    of several parameters is the model's `joint`. Raises ModelError for an unknown name."""
     wanted = tuple(model.sds) if names is None else tuple(names)
     out = []
     for name in wanted:
@@ -210,8 +209,7 @@ def finish(
 
 @contextmanager
 def _explaining_not_held(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
-    """Raise ModelError naming the likely fault of the records if a search reaches values at which the strut is not
-    held."""
+    """Raise ModelError naming the records' likely fault if a search reaches values at which the strut is not held."""
     try:
         yield
     except NotHeld as e:
@@ -317,8 +315,7 @@ class _FitProblem:
         return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
 
     def modelled(self, x: Array) -> tuple[Complex, ...]:
-        """Return the response (F, C) for every dataset; zero if the model cannot be built at x, so that the search
-        turns back."""
+        """Return the response (F, C) for every dataset; zero if none can be built at x, so that a search turns back."""
         values = self.values(x)
         try:
             return tuple(self.response.frf(s.f, values, s.channels) for s in self.sets)
@@ -356,8 +353,7 @@ class _FitProblem:
 
 
 class _LogRatioProblem(_FitProblem):
-    """A fit problem on ratios instead of differences: a misplaced peak attracts from far away, by its height in
-    decades."""
+    """A fit problem on ratios, not differences: a misplaced peak attracts from far away, by its height in decades."""
 
     def residual(self, x: Array) -> Array:
         parts = []

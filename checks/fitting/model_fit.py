@@ -42,8 +42,7 @@ class ModelFit:
 
     @staticmethod
     def of(start: Model, first: Dataset, unseen: Dataset | None, starts: int, say: Callable[[str], None]) -> "ModelFit":
-        """Fit the uncertain parameters of a model. unseen: a second realisation, to compare with; starts: of the
-        search. Raises ModelError."""
+        """Fit a model's parameters. unseen: a second realisation; starts: of the search. Raises ModelError."""
         found = calibrate(start, first, free_of(start), unseen=unseen, starts=starts)
         # the state before it, if the search ended farther from the data than it began
         before = start_as_fit(start, first, found.fit, "the search ended farther from the data than it began")

@@ -48,8 +48,7 @@ def driver_problem(driver: Any) -> str:
 
 
 def open_instrument(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
-    """Return the driver of an entry. Its first use opens the port. ask: asks a person, for the manual driver. Raises
-    SettingsError."""
+    """Return the driver of an entry. Its first use opens the port. ask: asks a person. Raises SettingsError."""
     if entry.driver not in DRIVERS:
         words = f"'{OFFLINE}' has no wire to it" if entry.driver == OFFLINE else f"unknown driver {entry.driver!r}"
         raise SettingsError(f"{name}: {words} (known: {', '.join(DRIVERS)})")

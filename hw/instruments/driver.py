@@ -51,8 +51,7 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 @dataclass(frozen=True)
 class Trial:
     """A change at the instrument during commissioning. asked: the driver asks for this setting, so a reading must be
-    refused; otherwise the value may also stay while the technician sees the change. optional: not every instrument of
-    the kind has it."""
+    refused; else the value may stay if the technician sees the change. optional: not all instruments have it."""
 
     do: str
     asked: bool = True

@@ -1,5 +1,4 @@
-"""Base of instruments that read a length: settings, agreement of two readings, resolution, the plausible
-range."""
+"""Base of instruments that read a length: settings, agreement of readings, resolution, plausible range."""
 
 from typing import Annotated, TypeVar
 

@@ -99,8 +99,7 @@ class Recorder:
         return self._converter.slow
 
     def connect(self) -> Identity:
-        """Return the identity that the device states. Raises InstrumentError, WrongInstrument if the bench file names
-        another."""
+        """Return the device's identity. Raises InstrumentError, WrongInstrument if the bench file names another."""
         identity = self._converter.identify()
         check_identity(self.name, identity, self.entry.model, self.entry.serial)
         return identity
@@ -109,8 +108,7 @@ class Recorder:
         self._converter.close()
 
     def rate(self, channels: Mapping[str, str], wanted_Hz: float) -> float:
-        """Return the recording rate [Hz]: the bench file's, else the wanted one as near as the device can. Raises
-        InstrumentError."""
+        """Return the rate [Hz]: the bench file's, else the nearest to the wanted one. Raises InstrumentError."""
         inputs = [at for _, at in self._inputs(channels) if at.physical != DRIVE]
         return self._converter.actual_rate(inputs, self.entry.rate_Hz or wanted_Hz)
 
@@ -180,8 +178,7 @@ class Recorder:
             raise SettingsError(f"{self.name}: channel {channel}: {e}") from e
 
     def _output(self, drive: Array) -> Array:
-        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range, which is
-        never cut."""
+        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range."""
         at = self.entry.drive
         if at is None:
             raise SettingsError(f"{self.name}: [recorders.{self.name}.drive] is missing: this step needs a drive")

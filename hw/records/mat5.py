@@ -58,8 +58,7 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
 
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
-    """Raise RecordError if compressed variables unpack to more than `most` bytes, for readers that unpack all. No data
-    are kept."""
+    """Raise RecordError if compressed variables unpack to more than `most` bytes. No data are kept."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]

@@ -1,5 +1,4 @@
-"""The source of a record, from a path to the declarations of its file: the bytes within the limits, their format, their
-variables."""
+"""The source of a record, from a path to what its file declares: its bytes within the limits, format and variables."""
 
 import hashlib
 import struct
@@ -43,8 +42,7 @@ class Source:
         return self.suffix in SUFFIXES and not other
 
     def variables(self) -> dict[str, Variable]:
-        """Return the variables by name, in file order. Raises RecordError and the errors that `damage.refused`
-        converts."""
+        """Return the variables by name, in file order. Raises RecordError, and what `damage.refused` converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
             from hw.records.mat73 import open_mat73  # loads h5py: only when wanted

@@ -1,5 +1,4 @@
-"""An ND 287 or ND 281B ([ND287] pages 102-115; [ND281B] pages 39-62). Assumed: the words of its identification and of
-its errors."""
+"""An ND 287 or ND 281B ([ND287] pages 102-115; [ND281B] pages 39-62). Assumed: words of identification and errors."""
 
 from hw.simulated.device import Device, Source
 

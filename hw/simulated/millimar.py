@@ -1,5 +1,4 @@
-"""A Millimar: its display, and its answers by OPTORSD or OPTORSS ([MILLIMAR] pages 69, 70; blanks before CR as printed
-there).
+"""A Millimar: its display, and its answers by OPTORSD or OPTORSS ([MILLIMAR] pages 69, 70; blanks as printed).
 
 Assumed, and a parameter: the acknowledgement `OK`, `ERR1` for an unknown command, `ERR5` without a probe, `ERR3` out of
 range, and that the display has steps of 0.1 um, 0.0001 mm or 0.00001 inch."""

@@ -1,5 +1,4 @@
-"""A Millimar that speaks M1240 ([MILLIMAR] page 67). Assumed, and a parameter: `P86` is answered by a bare CR; `ERR1`
-for unknown commands."""
+"""A Millimar that speaks M1240 ([MILLIMAR] page 67). Assumed: `P86` is answered by CR; `ERR1` for unknown commands."""
 
 from hw.simulated.device import Source
 from hw.simulated.millimar import UNITS, MillimarDevice

@@ -1,5 +1,4 @@
-"""The quantities that the simulated instruments measure: a unit's true values, and the technician's setup in front of
-them."""
+"""The quantities that the simulated instruments measure: a unit's true values, and the technician's setup."""
 
 import json
 import os

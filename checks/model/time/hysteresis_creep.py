@@ -32,8 +32,7 @@ class Rayleigh:
 
 
 def _plays(v: Array, half_widths: Array) -> Array:
-    """Return the sum (N,) of plays from zero: each follows the drive at its half-width, on whichever side it is pushed
-    from.
+    """Return the sum (N,) of plays from zero: each follows the drive at its half-width, from the side that pushes.
 
     Between turns the drive only rises or only falls, so a play is clipped against its state at the last turn."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(v))) != 0) + 1
@@ -72,8 +71,7 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 def creep(per_decade: float) -> Fractions:
     """Return creep as a path: the answer to a step grows by this share per decade of time, from 10 us to 1000 s.
 
-    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the immediate answer has a gain
-    of one."""
+    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the gain at once is one."""
     tau = np.logspace(-5.0, 3.0, 17)
     share = np.full(tau.size, 0.5 * per_decade)
     share[[0, -1]] /= 2.0

@@ -39,8 +39,7 @@ def clear_poles(f: Array, H: Complex) -> list[PolePlace]:
 
 
 def conjugate_resonances(f: Array, H: Complex) -> list[PolePlace]:
-    """Return the poles at the clear resonances of the responses (F, C) if all lie in the right half plane, else
-    nothing."""
+    """Return the poles at the clear resonances of responses (F, C) if all lie in the right half plane, else none."""
     poles = [pole for column in H.T for pole in clear_poles(f, column)]
     return poles if all(pole.damping_ratio < 0.0 for pole in poles) else []
 

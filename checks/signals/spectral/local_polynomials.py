@@ -69,8 +69,7 @@ class LocalPolynomialFit:
 
 
 def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomialFit:
-    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each
-    bin.
+    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs there.
 
     floor : power of the input over a neighbourhood below which it does not determine the response."""
     channels, points, B = len(near) - 1, near.shape[1], near.shape[2]
@@ -152,8 +151,7 @@ def _power(x: Complex) -> Array:
 
 
 def _quality(H: Complex, noise: Complex, Suu: Array) -> Array:
-    """Return the share (B, C) of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's
-    power (B,)."""
+    """Return the share (B, C) of outputs' power that H explains beside noise (C, C, B), by input power (B,)."""
     signal = (H.real**2 + H.imag**2) * Suu[:, None]
     total = signal + np.einsum("ccb->bc", noise).real
     return np.where(total > 0.0, signal / np.where(total > 0.0, total, 1.0), 0.0)

@@ -89,8 +89,7 @@ class PoleWindow:
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
-        """Return the complex frequency f [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive if it
-        decays."""
+        """Return the complex frequency f [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi."""
         return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
 
 
@@ -221,8 +220,7 @@ def _within(A: Complex, X: Complex, y: Complex) -> Complex:
 
 
 def _to_orthonormal(A: Complex) -> Complex:
-    """Return X (C, P, P) such that A X (C, B, P) has orthonormal columns. A X is left to the caller: a fit needs
-    products only.
+    """Return X (C, P, P) such that A X (C, B, P) has orthonormal columns. A X is not made: a fit needs products.
 
     By the Cholesky factor of A^H A, its columns scaled to one: ten times faster than Householder's for tall A; if the
     columns of A are too close to dependent for that (a condition above about 1e4), by Householder's."""

@@ -176,8 +176,7 @@ class TextTable:
 
 
 def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
-    """Return the table of a text file. open_end: read a last line without end, with a remark, instead of refusing it.
-    Raises RecordError."""
+    """Return the table of a text file. open_end: read a last line without end, with a remark. Raises RecordError."""
     text = decode(file, raw)
     lines = text.split("\n")
     whole = lines[-1] == ""

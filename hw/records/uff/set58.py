@@ -49,9 +49,8 @@ class Axis:
 class UffFunction:
     """Header of one data set 58 and its bytes. `count` values on an even abscissa (start, step) or on a stated one.
 
-    x, y, denominator : records 8 to 10; system : units of the file by data set 164, None without one; id5 : its last
-    line of text. layout : dtype of a value in `body`, fields "x" (uneven only), "y0" and "y1" (complex only); text when
-    `is_text`."""
+    x, y, denominator : records 8 to 10; system : units by data set 164, None without one; id5 : the last line of text.
+    layout : dtype of a value in `body`, fields "x" (uneven only), "y0" and "y1" (complex only); text when `is_text`."""
 
     kind: int
     id1: str
