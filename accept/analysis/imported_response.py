@@ -127,8 +127,7 @@ def _noise(
 @dataclass(frozen=True)
 class ResponseDifference:
     """Difference of two responses of a channel, relative to the second [1]: median and largest |H1/H2 - 1|, the
-    frequency [Hz] of the largest, and in how many of the bins both agree within their 95 % regions (None: noise not
-    known)."""
+    frequency [Hz] of the largest, and the share of bins in which both agree within 95 % (None: noise not known)."""
 
     channel: str
     bins: int

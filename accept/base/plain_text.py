@@ -14,8 +14,7 @@ def one_line(text: str) -> str:
 
 
 def as_utf8(text: str) -> str:
-    """Return text that every document and store accepts. Bytes of a file name that are not UTF-8 (half surrogates in
-    Python) are escaped."""
+    """Return text that every document and store accepts: bytes that are not UTF-8 (half surrogates) are escaped."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 

@@ -1,5 +1,4 @@
-"""`accept -v`: files and ports that the program opens, on stderr; `-vv`: also every byte on the lines and the
-libraries' logs."""
+"""`accept -v`: files and ports that the program opens, on stderr; `-vv`: also every byte and the libraries' logs."""
 
 import atexit
 import logging

@@ -74,8 +74,7 @@ def _cell(value: Any) -> Any:
 
 def junit_unit(unit: ListedUnit) -> bytes:
     """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
-    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
-    change it."""
+    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output."""
     cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
     cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
     failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)
@@ -113,8 +112,7 @@ def _element(suite: ET.Element) -> bytes:
 
 
 def _clean(text: str) -> str:
-    """Return text with a question mark for each control character, which XML 1.0 does not allow; a damaged file's name
-    or message may hold some."""
+    """Return text with a question mark for each control character, which XML 1.0 does not allow."""
     return "".join(c if c in "\t\n" or (c.isprintable() and c <= "\U0010ffff") else "?" for c in text)
 
 
@@ -230,8 +228,7 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
 
 
 def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
-    """Return a row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as
-    JSON."""
+    """Return a row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its entry as JSON."""
     import pyarrow as pa
 
     timed = [{**row, "time": datetime.fromisoformat(row["time"])} for row in rows]

@@ -48,8 +48,7 @@ class ReferenceCheck:
 
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
-    """Return the comparison of readings in the artefact's unit. Raises ValueError without a stated accuracy: an unknown
-    accuracy is not zero."""
+    """Return the comparison of readings in the artefact's unit. Raises ValueError without a stated accuracy."""
     if entry.accuracy is None:
         raise ValueError(f"[instruments.{name}] states no accuracy: how far it may be off is unknown")
     value = statistics.fmean(readings)

@@ -23,8 +23,7 @@ def write_improved(
     path: Path, given: OpenedModel, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
 ) -> None:
     """Write model.toml; unidentified: elements that are added without a name. Faults that were found before the search
-    belong to the records, not to the model, and are left out; only a reversed sensor is an effect that a model can
-    have."""
+    belong to the records, not to the model, and are left out; only a reversed sensor can be of a model."""
     fit, spec = result.fit, given.spec
     # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
     added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}
@@ -91,8 +90,7 @@ class AddedElement:
 def write_with_elements(
     path: Path, given: OpenedModel, measured: Responses, result: Result, inputs: Inputs
 ) -> tuple[AddedElement, ...]:
-    """Write the improved model, first without unidentified elements, then again with every element that helps, and
-    return those."""
+    """Write the improved model, without unidentified elements, then with every one that helps, and return those."""
     write_improved(path, given, measured, result)
     model = open_model(path)
     A, B = (d.select(result.after.data.channels) for d in (inputs.A, inputs.B))

@@ -63,8 +63,7 @@ def withhold_resonance(
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:
-    """Return the interval of the mass beyond the stated one [kg] that the stiffness by the added mass implies, None if
-    it implies none."""
+    """Return the interval of mass beyond the stated [kg] that the stiffness by the added mass implies, or None."""
     contradictions = [r for r in _causes(resonance) if r.cause is Cause.CONTRADICTION]
     if [r.parameters["title"] for r in contradictions] != [PAYLOAD.title]:
         return None

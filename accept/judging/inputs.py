@@ -84,8 +84,7 @@ def _entries(check: Check, section: UnitSection[Check], spec: Spec, stated: Stat
 
 
 def _told(checks: list[Check], name: str, spec: Spec) -> tuple[float, str] | None:
-    """Return a number as the spec states it for one of these checks, or as it is by default, and which of the two; None
-    if it is neither."""
+    """Return a number as the spec states it for one of these checks, or by default, and which of the two; or None."""
     given = (spec.checks[c.name].settings for c in checks if c.name in spec.checks)
     set_by_spec = next((settings[name] for settings in given if name in settings), None)
     if set_by_spec is not None:

@@ -93,8 +93,7 @@ def default_specs() -> list[Spec]:
 
 
 def load_spec(name: str) -> Spec:
-    """Return a spec by name or file, checked against the declarations of the checks. Raises SpecError listing every
-    problem."""
+    """Return a spec by name or file, checked against the checks' declarations. Raises SpecError with all problems."""
     spec = load(name)
     check_spec(spec, name)
     return spec

@@ -52,8 +52,7 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
-        or joints."""
+        """Return the plan of a model's table. Raises ModelError for too small a grid, or without encoder or joints."""
         return cls(*MisalignmentTable.axes(model, nx, ny))
 
     @property

@@ -1,5 +1,4 @@
-"""The content of a report as blocks of plain data: each medium (terminal, PDF, web page, screen) shows them in its own
-way and adds no words."""
+"""The content of a report as blocks of plain data: each medium (terminal, PDF, web, screen) adds no words."""
 
 from dataclasses import dataclass
 from enum import Enum, auto

@@ -26,8 +26,7 @@ from checks.rounding import decimals_of
 def set_log_ticks(axis: Axis) -> None:
     """Set ticks for the limits that the axis has now.
 
-    matplotlib's own labels are set as formulas, and its minor ticks are made though they are not shown: half of the
-    time of a drawing."""
+    matplotlib's own labels are set as formulas, and hidden minor ticks take half of the time of a drawing."""
     low, high = sorted(axis.get_view_interval())
     decades = math.log10(high / low)
     if decades < 0.9:

@@ -144,8 +144,7 @@ class LoadedUnit:
         return values
 
     def _vet_experiments(self, values: Values) -> None:
-        """Raise RecordError if responses and an experiment, or two experiments, contain the same recording: one of them
-        was not measured."""
+        """Raise RecordError if responses and an experiment, or two experiments, are of the same recording."""
         every = dict(values)
         for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for

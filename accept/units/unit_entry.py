@@ -127,8 +127,7 @@ def _other_unit(declared: Scalar, number: float) -> str:
 
 
 def _float(number: float) -> float:
-    """Return the float of a TOML number. An integer too long for one is infinite, so that it is never taken for a
-    value."""
+    """Return the float of a TOML number. An integer too long for one is infinite, never a value."""
     try:
         return float(number)
     except OverflowError:

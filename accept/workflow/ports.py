@@ -1,5 +1,4 @@
-"""The services of the bench for screens and dialogues that take long to import: judging, explaining, measuring,
-signing.
+"""The bench's services for screens and dialogues that take long to import: judging, explaining, measuring, signing.
 
 `accept.workflow.open_bench` hands them over."""
 
@@ -90,8 +89,7 @@ class Services(Protocol):
         """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
 
     def serial_doubt(self, store: Store, serial: str, unit: UnitFolder | None) -> str | None:
-        """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
-        StoreError."""
+        """Return the question about a serial in doubt, None without. unit: its folder, or None. Raises StoreError."""
 
     def tell_apart(self, store: Store, serial: str, who: str) -> None:
         """Store that a person told a serial apart from those that look like it. Raises StoreError."""

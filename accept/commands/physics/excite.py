@@ -167,8 +167,7 @@ def _answer(out: Path, playing: Playing, make: Callable[[Rig], Excitation]) -> A
 
 
 def content(excitation: Excitation, out: Path) -> bytes:
-    """Return the file's bytes: .mat with t, Va and what helps to read the answer, .csv with t and Va. Raises
-    ValueError."""
+    """Return the file's bytes: .mat with t, Va and how it was made, .csv with t and Va. Raises ValueError."""
     signal: Mapping[str, ArrayLike] = {"t": excitation.t, "Va": excitation.Va}
     if out.suffix.lower() == ".csv":
         return csv_bytes(signal)

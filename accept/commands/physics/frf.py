@@ -281,8 +281,7 @@ def with_U(value: float, U: float) -> str:
 
 
 def _coherent(frf: Frf, channel: str) -> str:
-    """Return the first and last frequency with a coherence above COHERENT, and the share of the bins between that have
-    it."""
+    """Return the first and last frequency with a coherence above COHERENT, and the share of such bins between."""
     coherence = frf.coherence[:, frf.index(channel)]
     if np.isnan(coherence).all():
         return "not stated"

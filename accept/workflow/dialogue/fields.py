@@ -62,8 +62,7 @@ def places(form: Form) -> Iterator[FieldPlace]:
 @dataclass(frozen=True)
 class FieldLine:
     """One line. text: typed, not saved; pending: entries on their way to the store; doubted: the entry in question, as
-    it was typed, None without; repeats: it is one more reading; refusal: why the last entry was not saved, "" for
-    none."""
+    typed, or None; repeats: it is one more reading; refusal: why the last entry was not saved, "" for none."""
 
     place: FieldPlace
     text: str = field(default="", repr=False)

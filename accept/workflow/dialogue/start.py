@@ -1,5 +1,4 @@
-"""The dialogue on the first screen: operator, unit, its kind and its parts. It is on the screen before the physics is
-imported."""
+"""The dialogue on the first screen: operator, unit, its kind and its parts. Shown before the physics is imported."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -43,8 +42,7 @@ class OpenBench:
 
 @dataclass(frozen=True)
 class WaitForBench:
-    """Wait until the bench is open and the serial looked up; then answer the key. for_list: until the units are
-    there."""
+    """Wait until the bench is open, the serial looked up; then answer the key. for_list: or the units are there."""
 
     key: str
     for_list: bool = False

@@ -51,8 +51,7 @@ class StepDialogue:
     the arrows go on; asked: the line whose value the foot asks about; again: the line at which F3 was pressed once;
     chosen: the technician chose the form; reads, measures, judges: a reading, a measurement of the whole step, a
     judgement is under way; stopped: the last judgement was; early: F3 was pressed during a reading; hints: the foot
-    shows what the present line wants; looked: time of the proposals [s since 1970]; whole: with values without
-    limits."""
+    shows the line's hint; looked: time of the proposals [s since 1970]; whole: with values without limits."""
 
     step: WorkflowStep
     facts: StepFacts

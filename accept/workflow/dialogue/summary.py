@@ -55,8 +55,7 @@ class LookForKeys:
 @dataclass(frozen=True)
 class BenchKeys:
     """Keys of a role at the bench. problem: why the operator cannot sign in the role; exist: the bench has keys;
-    replaces: certificate of another result that a signature replaces; kept: the passphrase of the shift opens the
-    key."""
+    replaces: certificate of another result that a signature replaces; kept: the shift's passphrase opens it."""
 
     problem: str = ""
     exist: bool = True
@@ -87,8 +86,7 @@ class KeepPassphrase:
 @dataclass(frozen=True)
 class SignAsTechnician:
     """Sign as technician; `signed` follows. passphrase: "" for that of the shift, or its key once more if it was
-    forgotten meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words about them that are read
-    before."""
+    forgotten meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words to read before."""
 
     passphrase: str = field(default="", repr=False)
     reason: str = field(default="", repr=False)

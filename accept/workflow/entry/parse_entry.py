@@ -89,8 +89,7 @@ def doubt(
 
 
 def parse_number(text: str, unit: str) -> Measured:
-    """Return a number in `unit`; another unit of the same kind is converted, and a number without a unit is in `unit`.
-    Raises EntryError."""
+    """Return a number in `unit`; another unit of the same kind is converted. Raises EntryError."""
     if not text.strip():
         raise EntryError(f"enter a number in {unit}")
     found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None

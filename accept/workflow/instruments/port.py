@@ -58,8 +58,7 @@ class Instruments:
 
     @property
     def answering(self) -> Mapping[str, bool | None]:
-        """Return whether each instrument answered when it was asked last, None for one that was not asked yet. Asks
-        nothing."""
+        """Return whether each instrument answered when it was asked last, None for one not asked yet. Asks nothing."""
         return {}
 
     def close(self) -> None:

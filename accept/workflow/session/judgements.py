@@ -161,7 +161,6 @@ def earlier_values(units: Sequence[Mapping[str, float]]) -> dict[str, Sequence[f
 
 
 def _is_reserved(finding: Finding) -> bool:
-    """Return whether the judgement of the whole unit may have changed a finding; a nonconformance, which holds every
-    step, is shown by itself."""
+    """Return whether the judgement of the whole unit may have changed a finding; nonconformances are shown apart."""
     held = finding.cause is not None and finding.cause.cause is Cause.NONCONFORMANCE
     return finding.verdict is Verdict.NO_RESULT or (finding.verdict is Verdict.CONDITIONAL and not held)

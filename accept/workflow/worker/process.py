@@ -25,8 +25,7 @@ class Broken(RuntimeError):
 
 
 class Work(Generic[T]):
-    """`work(say, *given)`, to be run elsewhere. What goes in and comes back must be picklable, `work` a function of a
-    module.
+    """`work(say, *given)`, to be run elsewhere. All that goes in and out is pickled; `work`: of a module.
 
     expected : errors of `work` that a bench can have; `WorkerProcess.run` then raises NotDone with their words.
     """
