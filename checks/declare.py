@@ -182,7 +182,6 @@ class Check:
 
     @property
     def labels(self) -> dict[str, str]:
-        """Return name -> label of every quantity."""
         given = self.quantities if isinstance(self.quantities, Mapping) else {}
         return {name: given.get(name) or label_from_name(name) for name in self.quantities}
 

@@ -172,7 +172,6 @@ class Spec(SpecDocument):
 
     @property
     def instruments(self) -> dict[str, str]:
-        """Return check -> the instrument that the spec requires for it."""
         return {name: check.instrument for name, check in self.checks.items() if check.instrument}
 
 

@@ -27,7 +27,6 @@ class PlainConsole(Console):
     imitate an answer; its own colours stay."""
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as rich does."""
         super().print(*map(_on_one_line, objects), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:

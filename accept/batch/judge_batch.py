@@ -84,7 +84,6 @@ class Roster:
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
 
     def folders(self) -> Iterator[Path]:
-        """Yield the folders of the units that are not refused, by serial."""
         rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
         return (Path(path) for (path,) in rows)
 
@@ -175,7 +174,6 @@ class BatchRequest:
     ask_reason: Callable[[str], str | None] = lambda _: None
 
     def certificate(self, serial: str) -> Path | None:
-        """Return the path of a unit's certificate, None if none is wanted."""
         return None if self.credential is None else self.out / CERTIFICATES / f"{serial}.pdf"
 
 

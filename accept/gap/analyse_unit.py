@@ -203,7 +203,6 @@ class GapJob:
     html: bool = False
 
     def run(self) -> GapAnswer | str:
-        """Return the answer, or the reason if there is no answer."""
         serial = self.unit.serial
         try:
             done = analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))

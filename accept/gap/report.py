@@ -124,7 +124,6 @@ def _outcome(t: Tested) -> str:
 
 
 def _limits(result: Result) -> list[Block]:
-    """Return the smallest effects that would have been detected."""
     if not result.detection_limits:
         return []
     parts = (

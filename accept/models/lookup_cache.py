@@ -65,13 +65,11 @@ class Plan:
 
     @property
     def path(self) -> Path:
-        """Return the path of the table."""
         name = "".join(c if c.isalnum() or c in "._-" else "_" for c in self.model.name)
         return home() / "tables" / f"{name}-{self.sha256[:12]}.npz"
 
     @property
     def rows(self) -> Path:
-        """Return folder of its finished rows."""
         return self.path.with_suffix(".rows")
 
     def row(self, i: int) -> Row:

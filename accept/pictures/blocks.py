@@ -34,7 +34,6 @@ class Sentence:
 
     @property
     def more(self) -> str:
-        """Return what belongs to it, in a line."""
         return "; ".join([*self.details, *self.evidence])
 
 

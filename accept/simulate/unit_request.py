@@ -80,7 +80,6 @@ class UnitRequest:
     take: int = 0
 
     def __post_init__(self) -> None:
-        """Raise UnitRequestError if the request cannot be simulated."""
         if not SERIAL.fullmatch(self.serial):
             raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
         if self.kind not in SIMULATED_MODEL:

@@ -42,7 +42,6 @@ class Signer:
 
     @property
     def person(self) -> KeyHolder:
-        """Return the name on the certificate."""
         return KeyHolder(person_of(self.certificate))
 
 

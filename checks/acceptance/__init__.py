@@ -96,7 +96,6 @@ class Checks(Mapping[str, Check]):
         self._loaded |= {name: replace(check, measure=GuardedMeasurement(check)) for name, check in more.items()}
 
     def remove(self, names: Iterable[str]) -> None:
-        """Remove checks that were added."""
         for name in set(names) - _OWN:
             self._loaded.pop(name, None)
 

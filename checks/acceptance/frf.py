@@ -183,7 +183,6 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseS
 
 
 def _fit_responses(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
-    """Return the local fits of the resonances and of the zero of Vs."""
     outputs = curves.low.channels
     low = Transforms.of(records["low"], "Va", outputs)
     near_Hz = peak_Hz(curves.low, motion_of(outputs), *rules.resonance_Hz)

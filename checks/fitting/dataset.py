@@ -198,7 +198,6 @@ class Dataset:
         return self.at((self.f >= f_lo) & (self.f <= f_hi))
 
     def at(self, bins: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Dataset":
-        """Return some of the bins."""
         scale = None if self.scale is None else self.scale[bins]
         more = None if self.by_frequency is None else self.by_frequency[bins]
         f, H, cov, nu = self.f[bins], self.H[bins], self.cov[bins], self.nu[bins]

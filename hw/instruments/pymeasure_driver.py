@@ -105,7 +105,6 @@ class Pymeasure:
         return identity
 
     def close(self) -> None:
-        """Close the connection, if there is one."""
         device, self._open = self._open, None
         if device is not None:
             self._guard("close", lambda: device.adapter.close())

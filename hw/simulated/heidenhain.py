@@ -74,7 +74,6 @@ class HeidenhainDevice(Device):
         return b"SIGNAL TOO SMALL" if self.overrange else b"NO ERROR"
 
     def _frame(self) -> bytes:
-        """Return the value's 15 characters."""
         metres = self.source()
         if self.overrange or metres is None:
             return f"+{'0.0000':>10} ?={self.series}".encode("ascii")

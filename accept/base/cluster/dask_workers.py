@@ -107,7 +107,6 @@ class DaskWorkers:
         self._idle_since = time.monotonic()
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Yield results as `Workers.unordered` does."""
         self._label()
         left, more, pace = iter(items), True, _Pace()
         doubtful: list[T] = []
@@ -143,7 +142,6 @@ class DaskWorkers:
                     self._hand_in(work, out.pop(future), out, back)
 
     def close(self) -> None:
-        """Close the connection to the scheduler."""
         with suppress(Exception):  # it may be gone
             self._client.close(timeout=5)
 

@@ -71,7 +71,6 @@ class Scanning(Working[bool]):
 
     @property
     def bench_app(self) -> OpensUnits:
-        """Return the application, which opens other units."""
         return cast(OpensUnits, self.app)
 
     async def action_leave(self) -> None:

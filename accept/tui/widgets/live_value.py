@@ -109,7 +109,6 @@ class Gauge(Hanging):
             self.show(event.seen)
 
     def show(self, seen: Look) -> None:
-        """Show what the instrument answered."""
         self._value = seen.measured
         if self._value is not None:
             self._seen.append(self._value.value)

@@ -309,7 +309,6 @@ class PanelPlot(Static):
         self._panel = panel
 
     def show(self, panel: Panel) -> None:
-        """Show another panel in the place of this one."""
         self._panel = panel
         self._draw()
 

@@ -182,7 +182,6 @@ class StartDialogue:
 
     @property
     def scan_words(self) -> str:
-        """Return what a scan does."""
         if not self.adds:
             return SCAN
         other = ". Tab: other kind" if self.bench is not None and len(self.bench.kinds) > 1 else ""

@@ -137,7 +137,6 @@ def not_judged(d: SummaryDialogue) -> Turn:
 
 
 def _judge_again(d: SummaryDialogue) -> Turn:
-    """Judge again what was stopped or failed."""
     return Turn(replace(d, failed=False), (Do.JUDGE,)) if d.failed and d.facts.idle else Turn(d)
 
 

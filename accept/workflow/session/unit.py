@@ -81,7 +81,6 @@ class OpenUnit:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of the present attempt."""
         return self.home / "units" / self.serial / attempt_folder(self.attempt.number)
 
     def step(self, name: str) -> WorkflowStep:

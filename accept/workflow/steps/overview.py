@@ -44,7 +44,6 @@ class Week:
 
     @property
     def usual_minutes(self) -> float:
-        """Return the median; there is one."""
         return median(self.minutes)
 
 

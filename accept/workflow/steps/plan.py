@@ -26,7 +26,6 @@ class WorkflowStep:
 
     @property
     def short(self) -> str:
-        """Return the step's name in a list."""
         return self.check.short or self.check.title[:16].rstrip()
 
     def form(self, name: str | None) -> Form:

@@ -123,7 +123,6 @@ class Queue:
         return f"No other unit waits for {self.title}: all the others have it"
 
     def renewed(self, units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> "Queue":
-        """Return the queue as it stands now."""
         same = (queue for queue in queues(units, specs) if (queue.name, queue.kind) == (self.name, self.kind))
         return next(same, replace(self, units=()))
 

@@ -62,7 +62,6 @@ class LocalPolynomialFit:
         )
 
     def batch(self, bins: slice) -> "LocalPolynomialFit":
-        """Return the views of some bins."""
         return LocalPolynomialFit(
             self.H[bins], self.cov[bins], self.coherence[bins], self.weights[bins], self.own[bins]
         )
