@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from hw.instruments.heidenhain import Heidenhain
     from hw.instruments.lcr800 import Lcr800
     from hw.instruments.manual import Manual
-    from hw.instruments.millimar_m1240 import MillimarM1240
-    from hw.instruments.millimar_optors import MillimarOptors
+    from hw.instruments.millimar_protocols import MillimarM1240, MillimarOptors
     from hw.instruments.reading import Identity, Reading, scaled
     from hw.link import Traffic
 else:

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from checks.errors import RecordError
-from hw.records.uff.set58 import Axis, UffFunction
-from hw.records.uff.set164 import UnitSystem
+from hw.records.uff.set58 import Axis, UffFunction, UnitSystem
 from specs.units import UnitMismatch, factor, plain_unit, split_ratio
 
 # Specific data type: what it is, its exponents of length and force, its SI unit.
