@@ -216,8 +216,7 @@ def label_from_name(quantity: str) -> str:
 
 
 def model_label(name: str) -> str:
-    """Return words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
-    `apa.mode_stiffness_12` "APA: mode stiffness 12"."""
+    """Return words for a model's value by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx"."""
     *places, value = name.split(".")
     words = without_unit(value).replace("_", " ")
     where = _PLACES.get(".".join(places)) or " ".join(reversed(places)).replace("_", " ")

@@ -19,8 +19,7 @@ DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
 
 @dataclass(frozen=True, eq=False)
 class ImportedResponse(MeasuredResponse):
-    """Response of a file without record. Variance and coherence are NaN if the file states none; there are no second
-    realisation and no resonances."""
+    """Response of a file without record: no second realisation, no resonances; variance and coherence may be NaN."""
 
     file: str
     sha256: str

@@ -1,5 +1,4 @@
-"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output, and the one
-place that takes secrets out of addresses."""
+"""Words from elsewhere for a terminal, a log or a table: the one escaping, and the one place that hides secrets."""
 
 import re
 from collections.abc import Sequence

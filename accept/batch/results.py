@@ -64,8 +64,7 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as a cell: a text that a spreadsheet would take for a formula gets an apostrophe in front, and
-    control characters that would move the cursor are removed."""
+    """Return a value as a cell: an apostrophe before what looks like a formula, no control characters."""
     if not isinstance(value, str):
         return value
     text = _clean(value)

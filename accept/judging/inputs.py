@@ -130,8 +130,7 @@ def _channels(held: LoadedUnit, section: UnitSection[Check], stated: Statement) 
 
 
 def _decides(name: str, source: ChannelSource, held: LoadedUnit, section: UnitSection[Check]) -> bool:
-    """Return whether a source says otherwise than the file itself: by its scale, or as the file has a channel of this
-    name too, or gives it another one's name."""
+    """Return whether a source differs from the file: by its scale, or as the file has this name too, or another's."""
     if source.gain != 1.0 or source.unit or source.sampling_time_s is not None:
         return True
     return held.renames(name, source.name, section)

@@ -55,8 +55,7 @@ def learned_bench_doubts(spec: Spec, models: Models, measured: Mapping[str, str]
 def learned_bench_problem(
     asked: LearnedBenchLimits, record: LearnedBenchRecord | None, measured: str | None
 ) -> str | None:
-    """Return why a learned bench does not meet the limits, None if it does. measured: the unit's day, ISO; without one
-    the age is unknown, which never passes."""
+    """Return why a learned bench does not meet the limits, None if it does. measured: the unit's day, ISO, or None."""
     if record is None:
         return "it has no learned bench, and the spec asks for one"
     if asked.from_units is not None and len(record.units) < asked.from_units:

@@ -97,8 +97,7 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 
 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Workers | None = None) -> MisalignmentTable:
-    """Compute the missing rows, on all cores or on a cluster, and store the table. Raises TableError if a row from the
-    cluster differs from this machine's."""
+    """Compute the missing rows, on all cores or a cluster, and store the table. Raises TableError for a foreign row."""
     ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
@@ -124,8 +123,7 @@ def write_table(path: Path, table: MisalignmentTable) -> None:
 
 
 def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
-    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged, of another model, or
-    differs from this program's."""
+    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged or of another model."""
     path = path or plan.path
     table = open_table(path)
     if table.sha256 != plan.sha256:

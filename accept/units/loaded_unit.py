@@ -1,5 +1,4 @@
-"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached to the certificate,
-and estimates of a record are kept for the next caller."""
+"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached."""
 
 import hashlib
 import re

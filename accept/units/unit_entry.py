@@ -66,8 +66,7 @@ def section_of(
 
 
 def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
-    """Return the entry of one key. A wrong type is a problem of the file, an impossible number one of the section.
-    called: the section's name in the file."""
+    """Return the entry of a key. A wrong type is a problem of the file, an impossible number one of the section."""
     where = f"{section} {declared.name}"
     match declared:
         case Scalar():

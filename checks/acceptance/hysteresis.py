@@ -95,8 +95,7 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
-    """Raise NoResult for a loop that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va by more
-    than the one sample of a shift in storing."""
+    """Raise NoResult for a loop of no piezo actuator: too exact, too narrow, or ahead of Va by more than one sample."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)

@@ -31,8 +31,7 @@ SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Return the corner with the resistor [Hz], corner without it, and the capacitance [uF] that the first one implies.
 
-    The corner comes from a time-domain fit of s/(s + w) between Va and Vs below `top_Hz`, not from an FRF: with few
-    periods of the lowest frequencies every window leaks."""
+    The corner comes from a fit in time of s/(s + w) between Va and Vs below `top_Hz`: an FRF of few periods leaks."""
     if "with_resistor" not in values:
         raise NoResult(Cause.NOT_MEASURED, record="with_resistor")
     vet_rates(values, spec)

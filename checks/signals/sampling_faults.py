@@ -75,8 +75,7 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
-    examined: a constant value is no fault of sampling.
+    """Return why a record must not be used for any comparison; empty if it is sound. Dead channels are not examined.
 
     Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
@@ -181,8 +180,7 @@ def _loss_faults(look: _Look) -> tuple[Reason, ...]:
 
 
 def _common_loss(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive continues,
-    the bench may have been hit."""
+    """Return a reason if a block is missing in every channel: drive and outputs jump at once, as after no hit."""
     at = cut.get(look.drive)
     together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
     if len(together) < 2 or at is None:

@@ -1,7 +1,6 @@
 """A recorder: inputs, and mostly an output, on one clock, from which a record is made.
 
-The back end (`Converter`) moves numbers of the converters; gains, units, ranges and the record are made here, in the
-same way for all back ends."""
+The back end (`Converter`) moves numbers of the converters; gains, units, ranges and the record are made here."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

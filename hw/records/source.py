@@ -66,8 +66,7 @@ class Source:
 
 
 def _is_matlab4(raw: bytes) -> bool:
-    """Return whether the bytes begin with the header of a MATLAB 4 variable: type, rows, columns, complex or not, and
-    the length of its name, which ends with a zero."""
+    """Return whether the bytes begin with a MATLAB 4 header: type, rows, columns, complex, and its name's length."""
     for order in "<>":
         if len(raw) > 20:
             kind, rows, columns, is_complex, length = struct.unpack_from(f"{order}5i", raw)

@@ -57,8 +57,7 @@ class AskReason:
 
 @dataclass(frozen=True)
 class Open:
-    """Open a unit. If its serial looks like a known one it is asked for once more; `confirmed` follows. queue: what is
-    done at it and then at others, None without."""
+    """Open a unit. If its serial looks like a known one, `confirmed` follows. queue: what is done at it and others."""
 
     begun: Begun
     queue: "Queue | None" = None

@@ -118,8 +118,7 @@ def _is_number(word: str) -> bool:
 
 
 def are_several(text: str, size: int) -> bool:
-    """Return whether text is as many entries as a vector has places, or more than one number, separated by spaces or
-    semicolons; a number with its unit is one."""
+    """Return whether text is as many entries as a vector has, or several numbers, apart by spaces or semicolons."""
     words = text.replace(";", " ").split()
     return len(words) == size or (len(words) > 1 and all(re.fullmatch(_NUMBER, word) for word in words))
 

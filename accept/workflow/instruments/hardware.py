@@ -178,8 +178,7 @@ def _evidence(
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:
-    """Return the last entries, and a note on how many went before: a live value can be shown for hours, and a record
-    that is followed has thousands of entries."""
+    """Return the last entries, and a note on how many went before: a live value can be shown for hours."""
     if len(traffic) <= most:
         return list(traffic)
     gone = len(traffic) - most

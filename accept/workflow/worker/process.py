@@ -49,8 +49,7 @@ class WorkerProcess:
             self._started()
 
     def run(self, work: Work[T], say: Say = lambda _: None) -> T:
-        """Wait for the turn and for the answer; say is called, from the thread that waits, with the computation's
-        progress. Raises NotDone, Broken, OSError."""
+        """Wait for the turn and the answer; say takes progress, in this thread. Raises NotDone, Broken, OSError."""
         with self._turn:
             process, kind = self._begun(work), LOST
             try:

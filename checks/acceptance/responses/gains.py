@@ -181,8 +181,7 @@ def mass_line(
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Return the highest coherent frequency of each channel: the last coherent step of the search, so the end lies
-    anywhere up to the next one."""
+    """Return the highest coherent frequency of each channel: the last coherent step; the end is below the next."""
     out = []
     for name, c in COHERENT.items():
         if c not in frf.channels:

@@ -74,8 +74,7 @@ def change_of_fastened(above: FastenedParts, below: FastenedParts, h: float, siz
 def _change(
     above: System | FastenedParts, below: System | FastenedParts, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
-    """Return the change of a system from that of its matrices; beside: numbers of the reached coordinates before and
-    behind those that both read."""
+    """Return the change of a system from that of its matrices; beside: numbers of coordinates before and behind."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
     return Change(M, C, K, np.pad(force, beside), np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), beside)))
 

@@ -7,8 +7,7 @@ from checks.arrays import Array, Complex
 
 @dataclass(frozen=True)
 class Bench:
-    """payload [kg] including the payload-side half of the top joint; guide_damping [N s/m]; held: the payload is
-    clamped too, as in a search for spurious modes of a strut."""
+    """payload [kg] including its half of the top joint; guide_damping [N s/m]; held: the payload is clamped too."""
 
     payload: float
     guide_damping: float

@@ -162,8 +162,7 @@ class Rig:
         return _play(self, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
 
     def full_range(self, f_Hz: float, cycles: int = 2) -> Excitation:
-        """Return slow cosines over the whole range of the stacks, from its lower end and back, for the stroke ([STB]
-        2.3). Raises ExcitationError."""
+        """Return slow cosines over the range of the stacks, from its lower end, for the stroke ([STB] 2.3)."""
         _positive(f_Hz=f_Hz, cycles=cycles)
         _check_rig(self, f_Hz)
         lo, hi = (V / self.gain for V in self.stack_V)

@@ -258,8 +258,7 @@ def _averages(
 
 
 def _force_window(impact: Impact, start: int, n: int, fs: float, rules: ImpactRules) -> Array:
-    """Return the force window: one over the hit and the ringing of the anti-alias filter after it, then a cosine to
-    zero: the noise of the force sensor is not force."""
+    """Return the force window: one over the hit and its filter's ringing, then a cosine to zero: noise is not force."""
     rings = max(round(2 * _TAPER_s * fs), round(2 * rules.ringing_samples))
     hold = impact.end - start + max(2 * (impact.end - impact.start), rings)
     fall = max(round(_TAPER_s * fs), 1)

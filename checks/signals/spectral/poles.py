@@ -281,7 +281,6 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors. Size and correlation of the errors
-    between channels come from the residual (C, B)."""
+    """Return E|dq|^2 (K,) of estimates: gain (K, C, B) times errors, sized and correlated as the residual (C, B)."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

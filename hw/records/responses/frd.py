@@ -83,8 +83,7 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
 
 
 def _variance(file: str, own: Fields, shape: tuple[int, int, int], column: int) -> Array | None:
-    """Return the total variance (C, F) over one input from the covariance of real and imaginary part that an idfrd
-    object states, None without one."""
+    """Return the total variance (C, F) over one input from the covariance that an idfrd object states, or None."""
     covariance = np.asarray(own.get("CovarianceData", ()), float)
     if not covariance.size:
         return None
@@ -97,8 +96,7 @@ def _variance(file: str, own: Fields, shape: tuple[int, int, int], column: int) 
 
 
 def _cube(file: str, own: Fields, F: int, names: Mapping[str, list[str]]) -> NDArray[np.complex128]:
-    """Return ResponseData as (C, M, F). Of two dimensions the names tell which side is missing: inputs if several have
-    names. Raises RecordError if it fits neither."""
+    """Return ResponseData as (C, M, F). Of two dimensions several names of inputs mean inputs. Raises RecordError."""
     H = np.asarray(own["ResponseData"])
     if H.dtype.kind != "c":
         raise RecordError(f"{file}: ResponseData is not complex, so it has no phase")
