@@ -69,6 +69,11 @@ class Store:
         of the database or, for a server, in its seal."""
         return self._anchor is not None or (self.sealer is not None and self.sealer.read(old_too=True) is not None)
 
+    @property
+    def is_made(self) -> bool:
+        """Whether the store has its tables: a program that is killed before it makes them leaves a file without."""
+        return self._ask(lambda connection: bool(tables.present(connection)))
+
     def verify(self, whole: bool = False) -> None:
         """Check the chain before it is used: whole, or from the last seal if the database is as it was sealed.
 

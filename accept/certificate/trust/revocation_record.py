@@ -54,6 +54,8 @@ def newest_stored(bench: Path, ca: x509.Certificate) -> tuple[RevocationList | N
     if not store_is_there(bench):
         return None, False
     with open_store(*store_of(bench), check=False, make=False, bench=bench) as store:
+        if not store.is_made:
+            return None, False
         newest = _newest(store, ca)
         stated = any(BenchStated.of(event).crl for event in store.events("", BenchStated.KIND))
     return newest, stated or newest is not None

@@ -3,7 +3,9 @@ are gone, and a published list that cannot be of its day. Nothing is signed, and
 
 import json
 import shutil
+import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -97,6 +99,19 @@ def test_a_bench_has_a_list_from_the_beginning_and_each_revocation_is_an_event(b
     assert stored[-1].crl == bench.read_text()
     assert [event.reason for event in stored] == ["Grace (qa): left", "Ada (technician): lost"]
     assert "Ada (technician): lost" in accept("store", "log").stdout
+
+
+@pytest.mark.parametrize("left", ["an empty file", "a database without tables"])
+def test_a_store_that_a_killed_program_did_not_finish_is_no_store_yet(bench: Path, tmp_path: Path, left: str) -> None:
+    """Killed between the making of the file and of its tables: what comes next makes the store, and signs."""
+    file = home() / "store.sqlite"
+    for old in home().glob("store.*"):
+        old.unlink()
+    file.touch()
+    if left == "a database without tables":
+        with closing(sqlite3.connect(file)) as raw:
+            raw.execute("PRAGMA journal_mode=WAL")
+    assert plainly(verified(certified(tmp_path, "B-1")))
 
 
 def test_without_the_list_nothing_is_signed(bench: Path, tmp_path: Path) -> None:
