@@ -29,8 +29,7 @@ class Disposition:
 
 
 def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
-    """Return the disposition of a unit with this verdict, None for an accepted unit, which needs no disposition. Raises
-    DispositionError."""
+    """Return the disposition of a unit with this verdict, None for an accepted unit. Raises DispositionError."""
     choice, reason = choice.strip().lower(), " ".join(reason.split())
     choices = ", ".join(CHOICES)
     if verdict == UnitVerdict.ACCEPTED:

@@ -27,8 +27,7 @@ EXPLAINED = (
 
 @dataclass(frozen=True)
 class Feature:
-    """A band in which the bench changes a channel: by how much at most (relative), at which frequency, and its standard
-    uncertainty there."""
+    """A band in which the bench changes a channel: by how much at most (relative), at which frequency, and u there."""
 
     channel: str
     f_lo_Hz: float

@@ -21,8 +21,7 @@ _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
 
 class OpensUnits(KnowsPassphrases, Protocol):
-    """The application as a screen of one unit needs it: it opens others. queue: units that are opened one after the
-    other."""
+    """The application as a screen of one unit needs it: it opens others. queue: units, one after the other."""
 
     bench: Workbench | None
     session: Session | None
@@ -30,8 +29,7 @@ class OpensUnits(KnowsPassphrases, Protocol):
     shift: SigningShift
 
     async def next_unit(self, queue: Queue, words: str = "", goes_on: Queue | None = None) -> str:
-        """Open the unit that waits behind this one, and go on with another queue from there; return why no other is
-        open."""
+        """Open the unit that waits behind this one, and go on with another queue; return why no other is open."""
 
     async def go_to(self, serial: str, kind: str, queue: Queue | None) -> None:
         """Leave this unit and open another one."""

@@ -107,8 +107,7 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
 
 
 def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
-    """Return a finding with its bar, and its reason in a line of its own. usual: its value at other units; room:
-    columns."""
+    """Return a finding with its bar, and its reason in its own line. usual: its value at other units; room: columns."""
     status, value = of_findings([f]), "" if f.value is None else _value(f)
     colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
     text = Text.assemble((head, colour))
@@ -150,8 +149,7 @@ def _value(f: Finding) -> str:
 
 
 def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], room: int) -> Text:
-    """Return the limits of a step, each with the values of the units before, and the forms in which it can be given.
-    room: columns."""
+    """Return the limits of a step, each with the values of the units before, and its forms. room: columns."""
     text, width = Text(), min(_LIMITS, room - 2)
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())

@@ -1,5 +1,4 @@
-"""A hammer test while it is recorded: what to do now, every hit with its force and verdict, and what the good ones show
-so far."""
+"""A hammer test while it is recorded: what to do now, every hit with force and verdict, and what the good ones show."""
 
 import math
 from typing import TYPE_CHECKING
@@ -63,8 +62,7 @@ def cue_of(so_far: "HitsSoFar") -> str:
 
 
 def hits_text(so_far: "HitsSoFar") -> Text:
-    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence if
-    it is known."""
+    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence."""
     hits, forces = so_far.hits, np.array([hit.force_N for hit in so_far.hits])
     signs = [*(_GOOD if hit.good else _BAD for hit in hits), *[_OPEN] * so_far.more]
     text = Text("\n")
