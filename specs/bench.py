@@ -228,8 +228,7 @@ class RigEntry(Strict):
 
 class BenchDocument(Strict):
     """The TOML document. stage: file of a simulated bench with the technician's actions. rig: form of the real-time
-    rig's records. values: section -> numbers beside a unit's records, at this bench. recorders: those that this program
-    controls."""
+    rig's records. values: section -> numbers beside a unit's records. recorders: those that this program controls."""
 
     name: Words
     stage: Words | None = None

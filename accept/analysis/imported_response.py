@@ -45,8 +45,7 @@ def import_response(
 
     input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here ->
     in the file; averages: segments behind the coherence that the file states; noise: relative standard deviation of H,
-    if the file states neither variance nor averages. Raises RecordError, also for the complex conjugate of a
-    response."""
+    if the file states none. Raises RecordError, also for the complex conjugate of a response."""
     if averages is not None and not averages >= 2.0:
         raise RecordError(f"averages = {averages:g}: a variance needs two or more")
     if noise is not None and not 0.0 < noise < 1.0:

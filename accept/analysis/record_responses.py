@@ -50,8 +50,7 @@ class MeasuredResponse(RecordResponse):
         return pd.DataFrame(columns, index=pd.Index(frf.f, name="f_Hz"))
 
     def to_xarray(self) -> Any:
-        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError without
-        xarray."""
+        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError."""
         try:
             import xarray as xr
         except ImportError as e:

@@ -1,8 +1,7 @@
 """The daily reference of an instrument: read a certified artefact, compare, keep the result in the store.
 
 It reveals a factor, a scaling, a held display or a drift, which no protocol reports. E_n is the difference over the
-uncertainties of artefact and instrument together; at most 1 passes ([ISO13528] 9.7, with the artefact's value as the
-assigned one)."""
+uncertainties of artefact and instrument together; at most 1 passes ([ISO13528] 9.7)."""
 
 import math
 import statistics

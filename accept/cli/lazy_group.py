@@ -101,8 +101,7 @@ class LazyGroup(TyperGroup):
         return entry and self.commands[cmd_name]
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return name, command and arguments of the command that is called; this imports it, but not for a shell that
-        completes a word."""
+        """Return name, command and arguments of the called command; imported, but not to complete a word."""
         name, command, rest = super().resolve_command(ctx, args)
         entry = self.table.get(str(name))
         if ctx.resilient_parsing and isinstance(entry, Command):

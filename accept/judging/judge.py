@@ -48,8 +48,7 @@ def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
 
 def _type(default: Any, number: Any) -> Any:
     """Return the type of a setting, derived from its default: a number, not negative if the default is not; a text; a
-    pair, from and to; so many numbers or points; or, if the default is empty, any list of numbers. number: type of
-    each."""
+    pair, from and to; so many numbers or points; or, if empty, any list of numbers. number: type of each."""
     if isinstance(default, str):
         return str
     if not isinstance(default, list | tuple):

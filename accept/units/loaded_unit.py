@@ -193,8 +193,7 @@ def bare_name(channel: str) -> str:
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """Return the unit, loaded if it is a path. Raises UnitError without a unit there, or if another machine sees the
-    folder otherwise."""
+    """Return the unit, loaded if it is a path. Raises UnitError, also if the folder looks different here."""
     if isinstance(unit, LoadedUnit):
         return unit
     folder = unit_folder.read(unit) if isinstance(unit, Path) else unit

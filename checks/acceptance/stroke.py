@@ -58,8 +58,7 @@ class Range:
 class Stroke:
     """Stroke in one record: stroke [m], the voltage missing from the range as a displacement [m], how far the gauge may
     have drifted [m], loop width at mid-voltage [m] or the reason why it is missing; drift_in_loop: of the gauge between
-    the two branches of that loop [m]; settled: whether that loop excludes the first rise; V, d : (N,) the record, d
-    from its start."""
+    its branches [m]; settled: whether that loop excludes the first rise; V, d : (N,) the record, d from its start."""
 
     stroke: ScalarEstimate
     short: float

@@ -225,9 +225,8 @@ class Model:
         return PlaceReceptances(places, G[:MOTIONS, :MOTIONS], G[:MOTIONS, -1], y)
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
-        """Return the squared frequencies (n,) [rad2/s2] of the modes without damping, rising, and (P, n) their
-        derivatives per unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises
-        ModelError."""
+        """Return the squared frequencies (n,) [rad2/s2] of the undamped modes, rising, and (P, n) their derivatives per
+        unit of named parameters of the matrices; zero for one that turns the coordinates. Raises ModelError."""
         names = tuple(names)
         smooth = [n for n in names if self._smooth(n)]
         system, changed, modes, order = self._matrix_changes(smooth, changes)

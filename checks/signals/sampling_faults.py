@@ -291,8 +291,7 @@ def _cross_spectrum(u: Array, y: Array) -> Complex | None:
 
 def _jitter(look: _Look) -> tuple[Reason, ...]:
     """Return a reason if the sampling times scatter: the error of a sample is its velocity times the error of its time,
-    so it grows with the velocity. Two channels must show this, since the interpolation error of an encoder looks the
-    same."""
+    so it grows with the velocity. Two channels must show this: an encoder's interpolation error looks the same."""
     found = [s for c, E in look.left.items() if (s := _time_error(look, c, E)) > JITTER_s]
     return (because(Cause.SAMPLING_JITTER, jitter_us=1e6 * max(found)),) if len(found) > 1 else ()
 

@@ -18,8 +18,7 @@ class DispositionError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class Disposition:
-    """A decision of quality assurance about a unit that was not accepted. choice: a key of `CHOICES`. reason: why, in
-    one line."""
+    """A decision of quality assurance about a unit not accepted. choice: of `CHOICES`. reason: why, in one line."""
 
     choice: str
     reason: str

@@ -1,5 +1,4 @@
-"""Slow behaviour of the piezo stacks: hysteresis between drive and displacement, and creep ([STB] 2.3, 3.1.6,
-3.1.7)."""
+"""Slow behaviour of the piezo stacks: hysteresis of the displacement, and creep ([STB] 2.3, 3.1.6, 3.1.7)."""
 
 from dataclasses import dataclass
 

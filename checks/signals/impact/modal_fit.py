@@ -1,8 +1,7 @@
 """Modal frequency and damping with intervals: a local rational fit around each peak of an impact FRF.
 
 A decay cut by the end of a block has the very same pole on the DFT's bins, so truncation does not bias it. The interval
-comes from the estimates of the single impacts, so that it also holds when the impacts differ in level or place, not
-only for noise."""
+comes from the estimates of the single impacts, so it also holds if the impacts differ in level or place."""
 
 import math
 from dataclasses import dataclass

@@ -86,8 +86,7 @@ def _filled(bins: int) -> int:
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
     """Return arrays for regressors, then for outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order +
-    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as the
-    computation."""
+    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much."""
     points, m = local.off_transient.shape
     number = len(local.regressors) + channels
     shapes = ((number, points, bins), (number, m, bins), (number, m, bins), (m, bins))

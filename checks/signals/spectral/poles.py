@@ -6,8 +6,7 @@ poles of the band by themselves, all else a polynomial. Nothing leaks, and the e
 ([PS12] 6.3 and 7.3; [MG12] for the local form).
 
 Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: [GP73]; the
-Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares
-suffices."""
+Jacobian in the form of [KAUFMAN75]). The model is analytic: complex least squares suffices."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
