@@ -14,7 +14,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from datetime import datetime
 from pathlib import Path
-from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
@@ -158,10 +157,8 @@ class Results:
             shutil.rmtree(self._part(name), ignore_errors=True)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._open.__exit__(kind, error, trace)
+    def __exit__(self, *raised: Any) -> None:
+        self._open.__exit__(*raised)
 
     def add(self, unit: ListedUnit, *, attempt: int, time: str, operator: str) -> None:
         """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom."""

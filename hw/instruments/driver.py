@@ -42,7 +42,6 @@ class Sampling(Protocol):
 
     def sample(self) -> Reading:
         """Return a single answer: two answers of a moving value would not agree. A series ends with `confirm`."""
-        ...
 
 
 Opener = Callable[[str, InstrumentEntry, Ask], Instrument]

@@ -37,11 +37,9 @@ class Converter(Protocol):
 
     def identify(self) -> Identity:
         """Return model and serial number as the device states them. Raises InstrumentError."""
-        ...
 
     def actual_rate(self, inputs: Sequence[RecorderChannel], rate_Hz: float) -> float:
         """Return the rate [Hz] at which it would run if it was asked for this one. Raises InstrumentError."""
-        ...
 
     def acquire(
         self,
@@ -53,7 +51,6 @@ class Converter(Protocol):
     ) -> Array:
         """Return (C, N) numbers of the inputs, name and entry each, N = samples unless `heard` ended it; output
         (samples,) is played meanwhile, and ends at zero whatever happens. Raises InstrumentError."""
-        ...
 
     def range_of(self, channel: RecorderChannel) -> float: ...
 
