@@ -45,8 +45,9 @@ class Quantity:
         return unit_of(self.name)
 
     @classmethod
-    def of(cls, name: str, value: float, *budget: Contribution, note: str | None = None) -> "Quantity":
+    def of(cls, name: str, value: float, *stated: Contribution | None, note: str | None = None) -> "Quantity":
         """Return the quantity whose U is twice the root sum of squares of its budget; unknown without a budget."""
+        budget = tuple(c for c in stated if c is not None)
         U = COVERAGE_FACTOR * math.hypot(*(c.u for c in budget)) if budget else None
         return cls(name, float(value), U, budget, note=note)
 

@@ -169,7 +169,7 @@ def _width(name: str, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
         Contribution(f"{motion} stored up to one sample beside Va", 100 * loop.one_sample / math.sqrt(3.0)),
         stated_contribution(spec, percent, "hysteresis_percent"),
     ]
-    return Quantity.of(name, percent, *(c for c in budget if c is not None))
+    return Quantity.of(name, percent, *budget)
 
 
 def _note_of_no_hysteresis(width: Quantity) -> list[str]:

@@ -70,8 +70,7 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
     if fitted.at_edge or not u <= MAX_RELATIVE_U * f:
         raise NoResult(Cause.NO_CORNER, record="with_resistor", f_Hz=f, u_Hz=u)
     scatter = Contribution("scatter of the record", u, "A")
-    clock = stated_contribution(spec, f, "sensor_highpass_Hz")
-    return Quantity.of("sensor_highpass_Hz", f, *([scatter, clock] if clock else [scatter]))
+    return Quantity.of("sensor_highpass_Hz", f, scatter, stated_contribution(spec, f, "sensor_highpass_Hz"))
 
 
 def _corner_without(values: Values, top_Hz: float) -> Quantity:

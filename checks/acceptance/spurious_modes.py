@@ -187,10 +187,7 @@ def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))
-    instrument = stated_contribution(spec, value, name, like)
-    if instrument is not None:
-        budget.append(instrument)
-    return Quantity.of(name, value, *budget)
+    return Quantity.of(name, value, *budget, stated_contribution(spec, value, name, like))
 
 
 def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:

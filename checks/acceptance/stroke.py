@@ -2,16 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from checks.acceptance.common import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
-from checks.acceptance.common.typed_value import stated_contribution, typed_quantity, with_stated_accuracy
+from checks.acceptance.common.typed_value import of_record, stated_contribution, typed_quantity, with_stated_accuracy
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
-from checks.errors import RecordError
 from checks.picture import Item, Line, Mark, Panel, PanelKind
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
@@ -77,7 +77,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     highest of many noisy samples is too high. The gauge is one and the same, so its stated errors add linearly."""
     if "stroke_um" in values:
         return _from_value(values, spec)
-    found = {key: _try_record(values, key, _range(spec)) for key in RECORDS}
+    parts = {key: partial(_plausible_stroke, wanted=_range(spec), share=share) for key, share in SHARE.items()}
+    found = {key: of_record(values, key, stroke) for key, stroke in parts.items()}
     strokes = [_stroke_quantity(RECORDS[key], found[key], spec) for key in RECORDS]
     widths = [_width_quantity(WIDTHS[key], [found[key]]) for key in RECORDS]
     both = _width_quantity("stroke_hysteresis_percent", list(found.values()))
@@ -103,21 +104,14 @@ def _range(spec: CheckSpec) -> Range:
     return Range(*ends_V, most, get("loop_min_percent", LOOP_PERCENT))
 
 
-def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
-    """Return the stroke of a record, or the reason why it has none."""
-    if key not in values:
-        return because(Cause.NOT_MEASURED, record=key)
-    try:
-        found = stroke_of(values[key], wanted)
-        stroke, share = found.stroke.value, SHARE[key]
-        if stroke > share * wanted.stroke_max:  # no stack makes so much
-            total, most = stroke / share / UM, wanted.stroke_max / UM
-            raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
-        return found
-    except (NoResult, RecordError) as e:
-        return e.reason.within(key)
-    except ValueError as e:
-        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
+def _plausible_stroke(record: Record, wanted: Range, share: float) -> Stroke:
+    """Return the stroke of a share of the stacks. Raises as `stroke_of`, and NoResult for more than stacks make."""
+    found = stroke_of(record, wanted)
+    stroke = found.stroke.value
+    if stroke > share * wanted.stroke_max:
+        total, most = stroke / share / UM, wanted.stroke_max / UM
+        raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
+    return found
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:

@@ -230,4 +230,4 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec, 
     if stated[0] is None:  # both follow from the gain of the motion, gs also from that of Vs
         gains = [gain for gain, (channel, *_) in GAINS.items() if channel in (motion, *GAINS_OF[name])]
         stated = [stated_contribution(spec, found.value, gain) for gain in gains]
-    return Quantity.of(name, found.value, *budget, *(c for c in stated if c is not None), note=f"by {model.name}")
+    return Quantity.of(name, found.value, *budget, *stated, note=f"by {model.name}")
