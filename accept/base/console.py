@@ -23,8 +23,7 @@ P = ParamSpec("P")
 
 
 class PlainConsole(Console):
-    """Escapes control characters, in cells of tables too, and keeps each value on its own line, so that no name can
-    imitate an answer; its own colours stay."""
+    """Escapes control characters, also in cells, and keeps each value on a line: no name can imitate an answer."""
 
     def print(self, *objects: Any, **options: Any) -> None:
         super().print(*map(_on_one_line, objects), **options)

@@ -34,8 +34,7 @@ class SimulatedUnit:
 
 
 def simulate(request: UnitRequest) -> SimulatedUnit:
-    """Return all files of a unit; equal requests give equal bytes on one machine. Raises UnitRequestError, and
-    ModelError for an effect that the model does not have."""
+    """Return all files of a unit; equal requests give equal bytes here. Raises UnitRequestError, ModelError."""
     fault = _fault(request)
     model = request.affected()
     if fault.model is not None:
