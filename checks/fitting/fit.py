@@ -124,16 +124,15 @@ def fit(
     joint: JointPrior | None = None,
     starts: int = 1,
     seed: int = 0,
-    coarse_bins: int = COARSE_BINS,
 ) -> Fit:
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
     prior of several parameters together.
 
     If the search reaches values at which the strut is not held, the ModelError names the likely fault of the records.
 
-    starts: their number, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
-    best continues with all. Raises ModelError if nothing is free or no start can be evaluated."""
-    points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
+    starts: their number, the first at the priors, the others drawn about it; each runs on `COARSE_BINS` bins at most,
+    the best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
+    points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed)
     return finish(response, datasets, points[0], joint=joint, tried=points)
 
 
@@ -161,7 +160,6 @@ def coarse_fits(
     drawn: bool = False,
     close: bool = False,
     move: Move | None = None,
-    coarse_bins: int = COARSE_BINS,
 ) -> list[FitPoint]:
     """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
     about the start; close: use only the narrowest tolerance, because the wide ones would lead a nearly right start back
@@ -170,7 +168,7 @@ def coarse_fits(
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
-    few = tuple(s.thinned(coarse_bins) for s in sets)
+    few = tuple(s.thinned(COARSE_BINS) for s in sets)
     problems = [_FitProblem(response, s, free, joint) for s in _at_wider_tolerances(few)]
     ways = problems[-1:] if close else [_LogRatioProblem(response, few, free, joint), *problems]
     draws = SPREAD * np.random.default_rng(seed).standard_normal((max(starts + drawn - 1, 0), len(free)))

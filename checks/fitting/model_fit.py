@@ -11,7 +11,7 @@ from checks.fitting.agreement import all_priors, outside_priors
 from checks.fitting.calibrate import Calibration, calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Fit, free_of, own_cost, start_as_fit
+from checks.fitting.fit import Fit, own_cost, start_as_fit
 from checks.fitting.goodness import Gap, gaps
 from checks.fitting.panels import fit_panels
 from checks.model.model import Model
@@ -43,7 +43,7 @@ class ModelFit:
     @staticmethod
     def of(start: Model, first: Dataset, unseen: Dataset | None, starts: int, say: Callable[[str], None]) -> "ModelFit":
         """Fit a model's parameters. unseen: a second realisation; starts: of the search. Raises ModelError."""
-        found = calibrate(start, first, free_of(start), unseen=unseen, starts=starts)
+        found = calibrate(start, first, unseen=unseen, starts=starts)
         # the state before it, if the search ended farther from the data than it began
         before = start_as_fit(start, first, found.fit, "the search ended farther from the data than it began")
         own = replace(found.fit, datasets=tuple(replace(s, tolerance=first.tolerance) for s in found.fit.datasets))

@@ -108,7 +108,6 @@ def record_by_input(
     units: Mapping[str, str] = NO_CHANNELS,  # type: ignore[assignment]
     mapped_only: bool = False,
     step_name: str | None = None,
-    limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
     """Return the record of every vector sampled with an input; its remarks state the mapping.
 
@@ -135,7 +134,7 @@ def record_by_input(
             else None
         )
         return assemble(
-            source.file, source.sha256, replace(chosen, step=step, remarks=(*chosen.remarks, *remarks)), limits
+            source.file, source.sha256, replace(chosen, step=step, remarks=(*chosen.remarks, *remarks)), DEFAULT_LIMITS
         )
 
 
