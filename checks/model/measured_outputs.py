@@ -10,8 +10,7 @@ from checks.errors import ModelError
 from checks.model.channel_paths import channel_path
 from checks.model.electrical import electrical_of
 from checks.model.learned_bench import LearnedBench
-from checks.model.structure.bench import suspension
-from checks.model.structure.encoder import bracket
+from checks.model.structure.fastened import bracket, suspension
 from checks.model.unidentified import factor
 
 Values = Mapping[str, float]

@@ -6,9 +6,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.model.parameters import si
-from checks.model.structure.bench import Bench
-from checks.model.structure.encoder import Encoder
-from checks.model.structure.joint import RIGID, Joint
+from checks.model.structure.fastened import RIGID, Bench, Encoder, Joint
 
 Values = Mapping[str, float]
 

@@ -21,9 +21,7 @@ from scipy import linalg
 from checks.arrays import Array
 from checks.model.structure.apa import ApaBody
 from checks.model.structure.attached import Attached, attach
-from checks.model.structure.bench import Bench
-from checks.model.structure.encoder import Encoder
-from checks.model.structure.joint import CLAMP, RIGID, Joint
+from checks.model.structure.fastened import CLAMP, RIGID, Bench, Encoder, Joint
 from checks.model.structure.matrix_builder import Builder, Parts, System
 from checks.model.structure.rigid_motion import lever
 
