@@ -119,7 +119,6 @@ class FindingsTable:
             self.columns[name].append(value)
 
     def arrays(self, names: Collection[str]) -> dict[str, Column]:
-        """Return these columns."""
         return {name: self._array(name) for name in names}
 
     def _array(self, name: str) -> Column:

@@ -73,7 +73,6 @@ class Plan:
         return self.path.with_suffix(".rows")
 
     def row(self, i: int) -> Row:
-        """Return (Y, F) row of dx[i]."""
         return MisalignmentTable.row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:

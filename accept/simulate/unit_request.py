@@ -118,7 +118,6 @@ class UnitRequest:
 
     @property
     def filters(self) -> dict[str, Fractions]:
-        """Return the filter that effects put into the path of each of their channels."""
         filters: dict[str, Fractions] = {}
         for name, values in self.effects:
             effect = effect_named(name)

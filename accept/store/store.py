@@ -302,7 +302,6 @@ class Store:
 
     @property
     def engine(self) -> Engine:
-        """The engine, for copying a whole store."""
         return self._engine
 
     def holds(self, head: StoreHead) -> bool:

@@ -47,7 +47,6 @@ class UnitSection(Generic[Declared]):
         return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
 
     def number(self, key: str) -> float | None:
-        """Return a number in the unit of its key, None if it is not given."""
         given = self.entries.get(key)
         return given.value if isinstance(given, Measured) else None
 

@@ -38,7 +38,6 @@ class Feature:
 
     @property
     def sharp(self) -> bool:
-        """Return whether it is as narrow as a resonance."""
         return bool(np.log2(self.f_hi_Hz / self.f_lo_Hz) < SHARP_OCTAVES)
 
 

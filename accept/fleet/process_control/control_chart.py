@@ -128,7 +128,6 @@ class Alarm:
         return None if self.rule in ON_BOTH_SIDES else "up" if self.size > 0 else "down"
 
     def document(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return what the alarm is as a document. names: of the values."""
         ends = {"first": names[self.first], "last": names[self.last]}
         of = {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
         return {**of, "rings": self.rings}

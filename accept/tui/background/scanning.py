@@ -82,7 +82,6 @@ class Scanning(Working[bool]):
             part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
 
     def takes_scans(self) -> bool:
-        """Return whether letters are a serial."""
         return True
 
     def on_key(self, event: Key) -> None:

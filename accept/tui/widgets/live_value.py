@@ -101,7 +101,6 @@ class Gauge(Hanging):
     on_unmount = leave
 
     def _tell(self, token: object, seen: Look) -> None:
-        """Tell the screen, from the thread that looks."""
         self.post_message(self.Looked(token, seen))
 
     def on_gauge_looked(self, event: Looked) -> None:

@@ -51,6 +51,5 @@ class SigningShift:
             self._kept = None
 
     def lock(self) -> bool:
-        """Forget the passphrase. Returns whether there was one."""
         was, self._kept = self._kept is not None, None
         return was

@@ -205,7 +205,6 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
 
 
 def _with_steps(unit: KnownUnit, attempt: Attempt, spec: Spec) -> KnownUnit:
-    """Return a unit with the state of its steps and with its findings."""
     steps, judged_by = steps_of(spec), (f"{spec.name}@{spec.sha256}", code_sha256())
     states = {step.name: state_of(attempt, step) for step in steps}
     waiting = [step.name for step in open_steps(steps, states, *judged_by)]
