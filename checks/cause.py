@@ -336,7 +336,8 @@ class Reason:
 
     @classmethod
     def read(cls, entry: Any) -> "Reason":
-        """Return the reason of a JSON object; another version's code is kept as text. Raises ValueError for others."""
+        """Return the reason of a JSON object; an unknown code, of another version, is kept as text. Raises ValueError
+        if it is not such an object."""
         try:
             return cls.from_json(entry)
         except KeyError as e:

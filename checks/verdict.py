@@ -186,7 +186,8 @@ def _apply_rule(value: float, U: float, limit: Limit) -> tuple[Verdict, Reason |
 
 
 def largest_U(limit: Limit) -> float:
-    """Return the largest U that a limit's decision rule allows: a share of half its zone, infinite with one bound."""
+    """Return the largest expanded uncertainty that a limit's decision rule allows: a share of half the zone between its
+    limits, infinite for a limit that has one bound only."""
     lower, upper = limit.bounds
     return LARGEST_U[limit.rule] * (upper - lower) / 2.0
 

@@ -95,7 +95,8 @@ class Link:
         self._log("sent", data)
 
     def read_until(self, end: bytes, deadline: Deadline, limit: int = MAX_LINE) -> bytes:
-        """Return the bytes up to and with `end`. Raises NoReply, Garbled beyond `limit` bytes, Unplugged."""
+        """Return the bytes up to and with `end`. Raises NoReply after the deadline with the bytes so far, Garbled
+        beyond `limit` bytes, Unplugged."""
         while True:
             found = self._pending.find(end)
             if 0 <= found <= limit - len(end):

@@ -75,7 +75,8 @@ def listed(package: str) -> list[str]:
 def fill_by_names(
     table: dict[str, Any], package: str, attribute: str, group: str, problem: Callable[[Any], str]
 ) -> None:
-    """Put a package's objects called `attribute` into a table, by their `names`, then those of other packages."""
+    """Put into a table the objects called `attribute` of a package's modules, by each of their `names`, then those of
+    other packages, which never replace one."""
     for module in listed(package):
         if (own := getattr(import_module(module), attribute, None)) is not None:
             table.update(dict.fromkeys(own.names, own))
@@ -151,7 +152,8 @@ class ProductError(AcceptError, ValueError):
 
 
 def products() -> Mapping[str, Product]:
-    """Return the installed products by name: the program's own, then those of other packages, searched once."""
+    """Return the installed products by name: the program's own, then those of other packages, which never replace one.
+    Packages are searched once."""
     if not _PRODUCTS:
         _PRODUCTS.update(BUILT_IN)
         _PRODUCTS.update(plugins(PRODUCTS, product_problem, BUILT_IN))

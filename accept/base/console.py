@@ -23,7 +23,8 @@ P = ParamSpec("P")
 
 
 class PlainConsole(Console):
-    """Escapes control characters, also in cells, and keeps each value on a line: no name can imitate an answer."""
+    """Escapes control characters, in cells of tables too, and keeps each value on its own line, so that no name can
+    imitate an answer; its own colours stay."""
 
     def print(self, *objects: Any, **options: Any) -> None:
         super().print(*map(_on_one_line, objects), **options)

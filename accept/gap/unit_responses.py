@@ -172,7 +172,8 @@ def gain_change(A: Dataset, B: Dataset, weight: Array) -> Array:
 
 
 def _mode_shifts(A: Dataset, B: Dataset, measured: Responses) -> tuple[ModeShift, ...]:
-    """Return the modes that moved between the realisations, of the encoder if recorded, in bands apart by more."""
+    """Return the modes that moved between the realisations, of the encoder if it was recorded. Only bands are looked at
+    in which they differ by more than a gain."""
     channel = next((c for c in ("de", "da", "Vs") if c in A.channels), None)
     if channel is None or A.H.shape != B.H.shape:
         return ()

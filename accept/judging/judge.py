@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 
 
 def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
-    """Return the errors in a spec's settings of a check, a line each with key and value; undeclared ones aside."""
+    """Return the errors in the settings that a spec gives a check, a line each with key path and value. A setting that
+    the check does not declare is ignored."""
     declared: dict[str, Any] = {
         s.name: (_type(s.default, Positive if s.positive else Finite), ...) for s in check.settings if s.name in given
     }

@@ -34,7 +34,8 @@ class SimulatedUnit:
 
 
 def simulate(request: UnitRequest) -> SimulatedUnit:
-    """Return all files of a unit; equal requests give equal bytes here. Raises UnitRequestError, ModelError."""
+    """Return all files of a unit; equal requests give equal bytes on one machine. Raises UnitRequestError, and
+    ModelError for an effect that the model does not have."""
     fault = _fault(request)
     model = request.affected()
     if fault.model is not None:

@@ -41,7 +41,8 @@ class Relation:
     spared: tuple[str, ...] = ()
 
     def ratio(self, known: Known) -> tuple[float, float] | None:
-        """Return the ratio and its U, None without a quantity. An unstated U counts as 0: the band is wide."""
+        """Return the ratio and its expanded uncertainty; None if a quantity was not measured. An unstated uncertainty
+        counts as 0: the band is wide."""
         if any(name not in known for name in (self.one, self.other, *self.needs)):
             return None
         one, other = known[self.one], known[self.other]

@@ -33,7 +33,8 @@ class Identifiability:
 
     @property
     def inflation(self) -> float:
-        """Return how much other parameters widen the uncertainty: by 1 if alone, large if others can take its place."""
+        """Return the factor by which other parameters widen the uncertainty: 1 if the value is determined alone, large
+        if others can take its place."""
         return self.sd / self.sd_alone
 
 

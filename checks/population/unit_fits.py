@@ -219,7 +219,8 @@ def _fit_alone(model: Model, data: Dataset) -> Values | None:
 
 
 def _fit_beside(model: Model, r: UnitOfBatch, at: Values | None, bench: BenchFactor, left: UnitRatios) -> Values | None:
-    """Return a unit's values beside a learned bench, from the given ones; where it differs, its misfit is tolerated."""
+    """Return the values of a unit fitted beside a learned bench, starting at the given ones. In bands in which the unit
+    differs from the others, its own misfit is tolerated too."""
     if at is None:
         return None
     model = replace(model, learned=bench.learned)

@@ -66,7 +66,8 @@ def _lines(x: Array, window: Array) -> Complex:
 
 
 def _strongest(f: Array, U: Complex, Y: Complex) -> tuple[float, float, complex]:
-    """Return frequency and size of the strongest line in Y at f (F,) beside U, and its ratio to the response; or 0."""
+    """Return frequency and size of the strongest line in Y at f (F,) that U does not explain, and its ratio to the
+    response to U; size 0 if no line stands out."""
     best = (0.0, 0.0, 0j)
     for centre in MAINS_HZ:
         band = np.flatnonzero(np.abs(f - centre) <= BESIDE_HZ)
@@ -112,7 +113,8 @@ class Burst:
 
 
 def bursts(record: Record, channels: Sequence[str]) -> tuple[Burst, ...]:
-    """Return the largest short disturbance of each channel, simultaneous ones together: a far larger remainder."""
+    """Return the largest short disturbance of each channel, simultaneous ones together: a part of the record with a far
+    larger unexplained remainder than everywhere else."""
     part = DrivePart.of(record["Va"]) if np.ptp(record["Va"]) > 0.0 else None
     if part is None:
         return ()

@@ -88,7 +88,8 @@ def _coarse_delay(turns: Array, H: np.ndarray, sigma: Array) -> float:
 
 
 def _refine(turns: Array, H: np.ndarray, sigma: Array, tau: float) -> tuple[float, float]:
-    """Return the delay near tau by least squares of the phase, Cauchy weights, and its sd, widened by the spread."""
+    """Return the delay near tau by weighted least squares of the phase, with Cauchy weights, and its standard
+    deviation. The spread about the line widens sd."""
     x = -2 * np.pi * turns
     for _ in range(20):
         left = np.angle((H * np.exp(-1j * x * tau)) ** 2) / 2

@@ -62,7 +62,8 @@ Opener = Callable[[str, RecorderEntry], Converter]
 
 @dataclass(frozen=True)
 class RecorderDriver:
-    """names: as `driver` in a bench file. open: (name there, entry) -> back end, opened later; raises SettingsError."""
+    """names: as `driver` of a recorder in a bench file. open: (name in the bench file, entry) -> back end, which opens
+    nothing before its first use; raises SettingsError."""
 
     names: tuple[str, ...]
     open: Opener

@@ -34,7 +34,8 @@ class Recognize:
 
 @dataclass(frozen=True)
 class StoreEntry:
-    """Store an entry: a typed value; a file, by its name in the folder of records or path; a reading, without text."""
+    """Store an entry: a value that was typed; a file, by its name in the folder of the records or its path; a reading
+    of the instrument, without a text."""
 
     place: Place
     declared: Input

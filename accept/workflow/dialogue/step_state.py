@@ -282,7 +282,8 @@ class StepDialogue:
 
     @property
     def dispensable(self) -> bool:
-        """Return whether Enter may go past all that is empty: it was judged, and nothing is missing for a result."""
+        """Return whether Enter may go past all that is still empty: the step was judged, and nothing that could be
+        given here is missing for a result."""
         judgement = self.facts.judgement if self.complete else None
         needed = self.here is not None and is_needed(self.here.place.declared)
         if judgement is None or needed or any(self.proposed(n) for n in range(len(self.lines))):

@@ -107,7 +107,8 @@ class BenchInstruments(Instruments):
         self.staged = StagedOperator(Path(bench.stage)) if bench.stage else None
 
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
-        """Return the first instrument that measures this check, if its value is a reading, and not one from records."""
+        """Return the first instrument that measures this check, if the check's value is a reading: a value that is
+        derived from records, such as a stroke, has no instrument."""
         if check not in CHECKS or is_derived(CHECKS[check]):
             return None
         found = self._measuring(check)

@@ -211,7 +211,8 @@ def _unjudged(attempt: Attempt) -> Attempt:
 
 
 def _judged(attempt: Attempt, judged: UnitJudged) -> Attempt:
-    """Return the attempt with its verdict. If an earlier one found the same from the same, its certificate holds."""
+    """Return the attempt with its verdict. If an earlier judgement found the same, from the same inputs, spec and
+    program, its certificate still holds."""
     if attempt.judged is not None and replace(judged, reason=attempt.judged.reason) == attempt.judged:
         return attempt
     return replace(attempt, judged=judged, certificate=None, signatures=(), void=attempt.certificate or attempt.void)

@@ -86,7 +86,8 @@ def _minutes(unit: KnownUnit) -> float:
 
 
 def drift(units: Sequence[KnownUnit]) -> Drift | None:
-    """Return the clearest trend among the quantities of judged units, by the test of Mann and Kendall, or None."""
+    """Return the clearest trend among the quantities of the units with a verdict, by the test of Mann and Kendall; None
+    if no quantity has enough values."""
     values = defaultdict[tuple[str, str], list[float]](list)
     for unit in sorted((unit for unit in units if unit.judged), key=lambda unit: unit.judged):
         for finding in unit.findings:

@@ -130,7 +130,8 @@ def _scalar(one: Repeated | None) -> Any:
 
 
 def document(serial: str, attempt: Attempt, steps: Sequence[WorkflowStep], simulated: bool = False) -> dict[str, Any]:
-    """Return the `unit.toml` of an attempt: values, files, their days, notes. simulated: no instrument measured it."""
+    """Return the whole `unit.toml` of an attempt: values and files, the days on which they were measured, the notes.
+    simulated: no instrument measured it."""
     states = {step.check.reads: (step, attempt.step(step.name)) for step in steps if not step.derived}
     sections = {name: section(step, state) for name, (step, state) in states.items()}
     days = {name: date.fromisoformat(state.day) for name, (_, state) in states.items() if sections[name] and state.day}

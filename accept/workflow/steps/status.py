@@ -57,7 +57,8 @@ def status_of(step: WorkflowStep, state: StepState, judgement: StepJudged | None
 
 
 def state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
-    """Return the state of an attempt's step; of a derived one, with entries and refusals of the step that it reads."""
+    """Return the state of a step of an attempt; of a derived one, with the entries of the step whose data it reads, and
+    the records that were refused there."""
     own, read = attempt.step(step.name), attempt.step(step.check.reads)
     return replace(own, entries=read.entries, refused=read.refused) if step.derived else own
 

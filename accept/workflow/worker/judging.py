@@ -38,7 +38,8 @@ def judge_here(folder: Path, spec: Spec, stated: Statement | None) -> UnitRecord
 
 
 class Elsewhere:
-    """Judges and explains one unit in the other process, one thing; `cancel` stops it. say: takes progress."""
+    """Judges and explains one unit in the other process, one thing; `cancel` stops it. say: is called, from the thread
+    that waits, with the computation's progress."""
 
     def __init__(self, worker: WorkerProcess, session: Session, say: Say = lambda _: None) -> None:
         self._worker, self._session, self._say = worker, session, say

@@ -169,7 +169,8 @@ def outputs_of(records: Iterable[Record]) -> tuple[str, ...]:
 
 
 def vet_scales(frf: Frf, rules: ResponseSettings) -> None:
-    """Raise NoResult if the static gains of de and da disagree: both measure one payload, but for percents."""
+    """Raise NoResult if the static gains of de and da disagree: both measure one payload's motion, and an encoder's arm
+    or scale adds only percents."""
     if not set(MOTIONS) <= set(frf.channels):
         return
     low = frf.band(*STATIC_HZ)

@@ -19,7 +19,8 @@ Basis = Callable[[NDArray[np.bool_], Array], Complex]  # which modes, frequencie
 
 
 def is_far(w2: Array, rate: Array, w: Array) -> NDArray[np.bool_]:
-    """Return which modes (n,) 1 / (w2 + rate s + s^2) need few points of w (F,) [rad/s]: no overdamped one."""
+    """Return which of the modes (n,) 1 / (w2 + rate s + s^2) need few points of w (F,) [rad/s]. An overdamped one has a
+    slow pole, whatever its w2."""
     if w.size < MANY or not w.max() > 0.0:
         return np.zeros(w2.size, dtype=bool)
     return np.asarray((w2 > FAR * w.max() ** 2) & (rate**2 < 4.0 * w2))

@@ -62,7 +62,8 @@ def quantities_of(direction: str) -> dict[str, str]:
 
 
 def check_elements(values: Mapping[str, float]) -> None:
-    """Raise ModelError for a quantity of no such element, or a hanging one without mass, frequency or damping ratio."""
+    """Raise ModelError for a quantity that no element along its direction has, or for something that hangs and lacks
+    its mass, frequency or damping ratio."""
     for head in dict.fromkeys(n.rpartition(".")[0] for n in values if n.startswith(ELEMENT)):
         names = quantities_of(head.rpartition(".")[2])
         hangs = {f"{head}.{q}" for q in (names["hung"], "hung_Hz", "hung_damping_ratio")}

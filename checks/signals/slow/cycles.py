@@ -17,7 +17,8 @@ REFINEMENTS = 4
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One period of a drive: samples start..stop (excluded); amplitude, centre; angle (n,) [rad] of its fitted sine."""
+    """One period of a drive: samples start..stop (excluded); amplitude and centre in the drive's unit; angle (n,) [rad]
+    of the fitted sine, 0 on the way up through the centre."""
 
     start: int
     stop: int

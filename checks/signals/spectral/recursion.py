@@ -41,7 +41,8 @@ def smooth_lowpass(x: Array, fs: float, corner_Hz: float) -> Array:
 
 
 def _butterworth(corner: float) -> list[tuple[list[float], list[float]]]:
-    """Return (b, a) of both sections for a corner in cycles a sample, by the bilinear transform ([OPPENHEIM10] 7.2)."""
+    """Return (b, a) of both sections of fourth order for a corner in cycles a sample, by the bilinear transform with
+    the corner kept ([OPPENHEIM10] 7.2)."""
     w = np.tan(np.pi * corner)
     sections = []
     for half_turn in (np.pi / 8, 3 * np.pi / 8):

@@ -12,7 +12,8 @@ _KEPT: dict[int, Complex] = {}  # by the channel
 
 
 def transform(x: Array) -> Complex:
-    """Return the transform (N // 2 + 1,) of a channel (N,) without its mean; kept with an array that cannot change."""
+    """Return the transform (N // 2 + 1,) of a channel (N,) without its mean. That of an array that cannot change, as in
+    a record that was read, is kept as long as the array is."""
     if (kept := _KEPT.get(id(x))) is not None:
         return kept
     X: Complex = scipy.fft.rfft(x - np.mean(x))

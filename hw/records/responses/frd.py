@@ -114,7 +114,8 @@ def _cube(file: str, own: Fields, F: int, names: Mapping[str, list[str]]) -> NDA
 def _delays(
     file: str, own: Fields, f: Array, shape: tuple[int, ...], time_unit: str
 ) -> tuple[NDArray[np.complex128], list[str]]:
-    """Return the phase (C, M, F) of the delays, in time, or in samples with Ts above zero. Raises RecordError."""
+    """Return the phase (C, M, F) of the delays beside the data, in units of time, or in samples if Ts is above zero.
+    Raises RecordError above half of the sampling frequency."""
     seconds = TIME_UNITS.get((time_unit or "seconds").lower().removesuffix("s"), np.nan)
     step = _number(own, "Ts") * seconds
     if step > 0.0 and f.max() * 2.0 * step > NYQUIST:

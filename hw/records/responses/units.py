@@ -28,7 +28,8 @@ EXPECTED = "expected Hz, kHz, MHz, GHz, rad/s or rpm"
 
 
 def hertz(file: str, name: str, unit: str, time_unit: str = "") -> float:
-    """Return the factor from a unit of frequency to Hz. time_unit: the file's "TimeUnit", or s. Raises RecordError."""
+    """Return the factor from a unit of frequency to Hz. time_unit: the file's "TimeUnit", seconds if empty. Raises
+    RecordError for another unit."""
     plain = plain_unit(unit)
     if plain.lower() in HERTZ:
         return HERTZ[plain.lower()]

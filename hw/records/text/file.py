@@ -106,7 +106,8 @@ class TextTable:
         return f"text ('{first}')"
 
     def numbers(self, wanted: Sequence[int]) -> list[Array]:
-        """Return the values (N,) of columns. Raises RecordError for no number, or if two columns of times differ."""
+        """Return the values (N,) of columns. Raises RecordError with line and column for a field that is not a number,
+        or if two columns of times differ."""
         layout = self.layout
         if set(map(layout.kinds.__getitem__, wanted)) & {NUMBERS}:
             self._vet_marks([i for i, kind in enumerate(layout.kinds) if kind == NUMBERS], wanted)

@@ -172,7 +172,8 @@ def _is_value(text: str) -> bool:
 
 
 def _kind(fields: Sequence[str]) -> str:
-    """Return the kind of a column by its first rows. One partly of text counts as numbers: its field is named."""
+    """Return the kind of a column by its first rows. A column partly of text, or of numbers in another form, counts as
+    numbers, so that its wrong field is named."""
     given = [each for each in fields if each]
     if not given:
         return EMPTY
