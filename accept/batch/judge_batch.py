@@ -317,7 +317,7 @@ class _Batch:
 
     def settle_doubted_again(self) -> None:
         """Settle again the units of this run that share a recording with a later one, or whose part was judged or built
-        in elsewhere after them, before their first results are handed on. Of units of other runs report it."""
+        in elsewhere after them, before their first results are handed on. Report those of other runs as invalid."""
         for serial in sorted(set(self.doubted)):
             self._settle_again(serial, "a recording that is also another unit's")
         for serial, (strut, stated) in sorted(self.built.items()):

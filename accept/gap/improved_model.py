@@ -22,7 +22,8 @@ def write_improved(
     path: Path, given: OpenedModel, measured: Responses, result: Result, unidentified: Sequence[FittedElement] = ()
 ) -> None:
     """Write model.toml; unidentified: elements that are added without a name. Faults that were found before the search
-    belong to the records, not to the model, and are left out; only a reversed sensor can be of a model."""
+    belong to the records, not to the model, and are left out; only a reversed sensor is an effect that a model can
+    have."""
     fit, spec = result.fit, given.spec
     # The misalignment is an effect and a parameter by one name; as an effect it has no prior for later estimates of it.
     added = {f"{n.effect}.{k}" for n in result.named for k in n.parameters}

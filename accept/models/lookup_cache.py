@@ -96,7 +96,8 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 
 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Workers | None = None) -> MisalignmentTable:
-    """Compute the missing rows, on all cores or a cluster, and store the table. Raises TableError for a foreign row."""
+    """Compute the missing rows, on all cores or a cluster, and store the table. Raises TableError if a cluster's row
+    differs."""
     ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:

@@ -1,4 +1,4 @@
-"""The content of a report as blocks of plain data: each medium (terminal, PDF, web, screen) adds no words."""
+"""The content of a report as blocks of plain data: no medium (terminal, PDF, web page, screen) adds words."""
 
 from dataclasses import dataclass
 from enum import Enum, auto

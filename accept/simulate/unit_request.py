@@ -36,7 +36,7 @@ class ExperimentRequest:
 
     @classmethod
     def of(cls, name: str, values: Mapping[str, float]) -> "ExperimentRequest":
-        """Return one. Raises UnitRequestError for an unknown kind, a missing, unknown or implausible number."""
+        """Return an experiment. Raises UnitRequestError for an unknown kind and a missing or implausible number."""
         if name not in EXPERIMENT_KINDS:
             raise UnitRequestError(f"experiment '{name}': expected one of {', '.join(EXPERIMENT_KINDS)}")
         kind = EXPERIMENT_KINDS[name]

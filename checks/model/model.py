@@ -273,7 +273,8 @@ class Model:
         return itemgetter(*self.mechanical)
 
     def _smooth(self, name: str) -> bool:
-        """Return whether the matrices change in fixed coordinates: eliminated rigid directions that turn, turn them."""
+        """Return whether the matrices change in fixed coordinates. Rigid directions are eliminated; if they turn, the
+        coordinates do too."""
         return is_mechanical(name) and not (self._has_ties and turns_ties(name))
 
     @cached_property

@@ -139,7 +139,8 @@ def _hold_faults(record: Record, channel: str, drive: str) -> tuple[Reason, ...]
 
 
 def _longest_run(x: Array) -> tuple[int, int, int]:
-    """Return first sample and length of the longest run of equal values of x (N,), and a length rare by 1 in 1000."""
+    """Return first sample and length of the longest run of equal values of x (N,), and the length that 999 of 1000 runs
+    do not exceed."""
     first = np.concatenate([[0], np.flatnonzero(np.diff(x)) + 1])
     lengths = np.diff(np.concatenate([first, [x.size]]))
     at = int(np.argmax(lengths))
@@ -180,7 +181,8 @@ def _loss_faults(look: _Look) -> tuple[Reason, ...]:
 
 
 def _common_loss(look: _Look, cut: Mapping[str, int]) -> tuple[Reason, ...]:
-    """Return a reason if a block is missing in every channel: drive and outputs jump at once, as after no hit."""
+    """Return a reason if a block is missing in every channel: drive and outputs jump at once. If the drive continues,
+    the bench may have been hit."""
     at = cut.get(look.drive)
     together = () if at is None else tuple(c for c, i in cut.items() if abs(i - at) <= TOGETHER)
     if len(together) < 2 or at is None:

@@ -13,7 +13,8 @@ METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
 
 
 class LengthSettings(SerialSettings):
-    """range_mm : plausible readings. agreement_um : of two answers in a row. resolution_um : coarsest last digit."""
+    """range_mm : plausible readings. agreement_um : how far two answers in a row may differ. resolution_um : the
+    coarsest last digit."""
 
     range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
     agreement_um: Positive = 0.5

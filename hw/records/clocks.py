@@ -71,7 +71,8 @@ def clocks_of(
     file: str, v: Variable, found: Variables, axes: dict[str, Clock], time: Variable | None = None
 ) -> list[Clock]:
     """Return a file's statements on the times of a channel. They must agree; the first counts. axes: time vectors that
-    were already read; time: named by the user, instead of others. Raises RecordError for no time, or if two differ."""
+    were already read; time: named by the user, instead of others. Raises RecordError for one that is no time, or if two
+    differ."""
     stated = [] if v.clock is None else [v.clock()]
     if time is None and stated and stated[0].axis is None:  # an increment, maybe with a vector of times beside it
         times = [at for at in found.values() if at.home == v.home and _is_axis_of(v, at)]

@@ -142,7 +142,8 @@ def _numbers(file: str, raw: bytes, name: str) -> Array:
 
 
 def vet_stored(file: str, found: h5py.Dataset, file_bytes: int) -> None:
-    """Raise RecordError if numbers are not in the file: HDF5 reads unwritten parts as zeros, and other files."""
+    """Raise RecordError if numbers are not in the file: HDF5 reads unwritten parts as zeros and follows references into
+    other files."""
     plan, where = found.id.get_create_plist(), f"{file}: variable '{found.name.lstrip('/')}'"
     if found.is_virtual or plan.get_external_count():
         raise RecordError(f"{where} lies in another file; only data inside the file are read")

@@ -73,7 +73,7 @@ def golden_left_out(frame: pd.DataFrame) -> Remark:
 
 
 def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[File, File]:
-    """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or empty. document: as JSON."""
+    """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or empty. document: the JSON."""
 
     def records() -> bytes:
         return (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode()

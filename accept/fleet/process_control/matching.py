@@ -62,7 +62,7 @@ def ideal_replacement(values: Array, U: Array, members: Sequence[int]) -> tuple[
 
 
 def _solve(scaled: Array, size: int, sets: int, time_limit_s: float) -> tuple[list[Array], bool, float]:
-    """Solve the programme. Variables: x (sets, N) chosen, top, bottom (sets, Q); cost: top - bottom."""
+    """Solve the mixed-integer programme. Variables: x (sets, N) chosen, top, bottom (sets, Q); cost: top - bottom."""
     n, q = scaled.shape
     lo, hi = scaled.min(axis=0), scaled.max(axis=0)
     binaries, edges = sets * n, sets * q

@@ -240,7 +240,8 @@ def decide(
     store: Store, serial: str, decision: Decision, opens: Opens, shown: Sequence[str] | None = None
 ) -> Sequence[str]:
     """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. shown:
-    those that the person saw, None for all. Raises DecisionError for others or another role's key, StoreError."""
+    those that the person saw, None for all. Raises DecisionError without one, with another one, or for a key of another
+    role, StoreError."""
     if not open_nonconformances(store, serial, {}):
         raise DecisionError(f"{serial}: no nonconformance in the store holds it")
     signer, held = opens(), open_nonconformances(store, serial, {})

@@ -116,7 +116,8 @@ def _unlike(result: UnitRecord, entry: UnitRecord, parts: Mapping[str, str]) -> 
 
 
 def _inherited(past: Sequence[tuple[str, UnitRecord]], revised: Sequence[bool], entry: UnitRecord) -> dict[str, str]:
-    """Return check -> the last attempt in which it did not pass, and its evidence's new use. revised: the spec was."""
+    """Return check -> the last attempt in which it did not pass, and how its evidence is used again. revised: whether
+    the spec was since."""
     found = dict[str, str]()
     for i, (number, result) in reversed([*enumerate(past)]):
         for finding in () if revised[i] else result.findings:

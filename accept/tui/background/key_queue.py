@@ -48,7 +48,8 @@ class InOrder(App[None]):
             self._handing_on.cancel()
 
     async def _hand_on(self) -> None:
-        """Hand on one key after the other, between the application's messages: callbacks of the key before come so."""
+        """Hand on one key after the other, beside the application's own messages: bindings and callbacks of the key
+        before come through these."""
         while True:
             event = await self.pressed.get()
             self._under_way = True

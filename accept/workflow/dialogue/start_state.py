@@ -81,7 +81,8 @@ class StartDialogue:
 
     @property
     def name_problem(self) -> str:
-        """Return why a text is no operator's name, "" if it is: no serial, and digits from the command line alone."""
+        """Return why nothing is done in the operator's name, "" if it is one. What is a serial was scanned too early; a
+        name with digits is taken from the command line alone."""
         name = self.value("operator")
         if not name:
             return "Enter your name"

@@ -118,7 +118,7 @@ def _is_number(word: str) -> bool:
 
 
 def are_several(text: str, size: int) -> bool:
-    """Return whether text is as many entries as a vector has, or several numbers, apart by spaces or semicolons."""
+    """Return whether text is as many entries as a vector has, or several numbers, separated by blanks or semicolons."""
     words = text.replace(";", " ").split()
     return len(words) == size or (len(words) > 1 and all(re.fullmatch(_NUMBER, word) for word in words))
 

@@ -87,7 +87,8 @@ def running_mean(x: Array, n: int) -> Array:
 
 
 def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return the largest d while V is in the zone at its top. Highest intervals apart by noise only are averaged."""
+    """Return the largest d while V is in the zone at its top. Of intervals that only noise separates, the mean is
+    used."""
     tops = stays(zone)
     if not tops:
         raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)

@@ -96,7 +96,8 @@ def _variance(file: str, own: Fields, shape: tuple[int, int, int], column: int) 
 
 
 def _cube(file: str, own: Fields, F: int, names: Mapping[str, list[str]]) -> NDArray[np.complex128]:
-    """Return ResponseData as (C, M, F). Of two dimensions several names of inputs mean inputs. Raises RecordError."""
+    """Return ResponseData as (C, M, F). Of two dimensions the names tell which side is missing: inputs if several have
+    names. Raises RecordError if it fits neither."""
     H = np.asarray(own["ResponseData"])
     if H.dtype.kind != "c":
         raise RecordError(f"{file}: ResponseData is not complex, so it has no phase")

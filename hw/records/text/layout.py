@@ -79,7 +79,8 @@ def split(line: str, apart: str) -> list[str]:
 
 
 def find_layout(file: str, lines: Sequence[str]) -> Layout:
-    """Return the layout. Raises RecordError without a header, or if a line above changes the numbers unused."""
+    """Return the layout. Raises RecordError without a header, or if a line above changes the numbers and is not
+    used."""
     shown: list[Line] = []
     rows = 0
     for i, line in enumerate(lines):
