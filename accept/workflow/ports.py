@@ -11,8 +11,7 @@ from accept.base.documents.results import UnitRecord
 from accept.store import Event, Store
 from accept.store.payloads import StepJudged
 from accept.units import UnitFolder
-from accept.workflow.dialogue.summary import Ask, BenchKeys
-from accept.workflow.dialogue.summary_state import Report
+from accept.workflow.dialogue.summary_effects import Ask, BenchKeys, Report
 from accept.workflow.instruments.port import Instruments
 from accept.workflow.session import Session
 from checks.picture import Panel
