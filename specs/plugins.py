@@ -5,6 +5,7 @@ is judged by a part of it. A plug-in adds and never replaces: names of the progr
 
 The installed products are here too: the program's own and other packages'."""
 
+import ast
 import os
 import re
 import sys
@@ -16,6 +17,7 @@ from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import walk_packages
+from sysconfig import get_path
 from typing import Any
 
 from specs import products as own_products
@@ -24,6 +26,7 @@ from specs.products import Product
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
 RECORDERS, PRODUCTS = "accept.recorders", "accept.products"
+_PROGRAM = ("accept", "hw", "checks", "specs")
 GROUPS = (CHECKS, EFFECTS, INSTRUMENTS, RECORDERS, PRODUCTS)
 
 
@@ -107,17 +110,52 @@ def _all_entries() -> list[EntryPoint]:
 
 
 def _sources(entry: EntryPoint) -> list[tuple[Path, str]]:
-    """Return path and name of every file of the package of a plug-in's module, nothing for one that is not in files."""
-    top = entry.module.partition(".")[0]
+    """Return path and name of every file of the package of a plug-in's module, and of what its files import that is not
+    installed as a package of its own; nothing for one that is not in files."""
+    waiting, found = [entry.module.partition(".")[0]], dict[str, list[tuple[Path, str]]]()
+    while waiting:
+        top = waiting.pop()
+        found[top] = files = _files_of(top)
+        for path in (path for path, _ in files if path.suffix == ".py"):
+            waiting += [name for name in _imported(path) if name not in found and not _is_installed(name)]
+    return [each for files in found.values() for each in files]
+
+
+def _places(top: str) -> list[Path]:
+    """Return the folders of a package, or the file of a module; nothing for one that is not in files."""
     try:
         spec = find_spec(top)
     except (ImportError, ValueError):
         return []
     if spec is None:
         return []
-    roots = [Path(place) for place in spec.submodule_search_locations or ()]
-    below = [(p, f"{top}/{p.relative_to(root).as_posix()}") for root in roots for p in root.rglob("*") if p.is_file()]
-    return below if roots else [(p, p.name) for p in (Path(spec.origin or ""),) if p.is_file()]
+    return [Path(place) for place in spec.submodule_search_locations or (spec.origin or "",)]
+
+
+def _files_of(top: str) -> list[tuple[Path, str]]:
+    """Return path and name of every file of a package, or that of a module."""
+    found = [(p, f"{top}/{p.relative_to(root).as_posix()}") for root in _places(top) for p in root.rglob("*")]
+    found += [(place, place.name) for place in _places(top)]
+    return [(path, name) for path, name in found if path.is_file()]
+
+
+def _imported(path: Path) -> set[str]:
+    """Return the packages that a file imports by name."""
+    try:
+        nodes = [*ast.walk(ast.parse(path.read_bytes()))]
+    except (SyntaxError, ValueError):
+        return set()
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [str(node.module) for node in nodes if isinstance(node, ast.ImportFrom) and not node.level]
+    return {name.partition(".")[0] for name in names}
+
+
+def _is_installed(top: str) -> bool:
+    """Return whether a package comes with Python or this program, or lies where packages are installed."""
+    if top in sys.stdlib_module_names or top in _PROGRAM:
+        return True
+    installed = [Path(get_path(name)).resolve() for name in ("purelib", "platlib")]
+    return all(any(place.resolve().is_relative_to(each) for each in installed) for place in _places(top))
 
 
 def _entries(group: str) -> list[EntryPoint]:

@@ -3,6 +3,7 @@
 A folder of a supplier may hold `pickle.py` or a folder `accept`: Python puts the working folder first on its path for
 `-m` and `-c` unless it is told not to (PYTHONSAFEPATH, Python 3.11)."""
 
+import gc
 import multiprocessing
 import os
 import re
@@ -104,6 +105,7 @@ def bounded(work: Callable[..., T], *given: Any, seconds: float, gigabytes: floa
 def _answer(
     sender: Connection, seconds: float, gigabytes: float, work: Callable[..., Any], given: tuple[Any, ...]
 ) -> None:
+    gc.freeze()  # a search for garbage among what is shared would copy all of it
     worker_process.begin(gigabytes)
     worker_process.limit_time(seconds)
     try:

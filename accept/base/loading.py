@@ -29,6 +29,12 @@ def done() -> None:
         gc.set_threshold(*_USUAL)
 
 
+def keep_loaded() -> None:
+    """Leave out of garbage collection what is there now: what the first of many took to load stays to the end."""
+    gc.collect()
+    gc.freeze()
+
+
 def log_crashes() -> None:
     """Log crashes from now on, in any thread. An interrupt is not a crash."""
     shown, thread_shown = sys.excepthook, threading.excepthook

@@ -38,6 +38,7 @@ from specs.spec import Spec
 
 _UNITS_READ = 100  # whose events a run keeps
 _SAME_DATA = "the same data: what the bench's store knows of them, or a calibration, has changed"
+_DECIDED = "quality assurance has decided about what held it"
 _NO_REASON = (
     "{0}: judged and stored, and not certified: its certificate {1} has another result, and no reason was given why it "
     "is replaced: --reason"
@@ -247,8 +248,10 @@ class Pipeline:
 
     def _reason_to_amend(self, result: UnitRecord, number: str, before: UnitState | None) -> str:
         """Return why a certificate is replaced by one with another result, "" if no reason was given. None is asked for
-        where the data are the same, and for golden units."""
+        where quality assurance decided or the data are the same, and for golden units."""
         last = before.handed_out if before is not None else None
+        if last is not None and last.result is not None and _only_decided(last.result, result):
+            return _DECIDED
         if last is not None and last.result is not None and last.spec_sha256 == result.spec.partition("@")[2]:
             benches = {(stated or {}).get("sha256") for stated in (last.result.calibration, result.calibration)}
             same = dict(last.result.inputs) == dict(result.inputs) and len(benches) == 1
@@ -301,6 +304,12 @@ class Pipeline:
             path, result.inputs, job.spec.sha256, code_sha256(), result, job.place, self.store.bench, job.reason
         )
         return self.store.write(judged, result.serial, who=self.operator, spec=result.spec, after=after)
+
+
+def _only_decided(before: UnitRecord, now: UnitRecord) -> bool:
+    """Return whether quality assurance has decided since about what held a unit, and every value is as it was."""
+    one, other = ([(f.quantity, f.value, f.U) for f in each.findings] for each in (before, now))
+    return one == other and any(given not in before.dispositions for given in now.dispositions)
 
 
 def reason_line(text: str) -> str:

@@ -101,8 +101,8 @@ class JudgingServices:
 
     def _approval(self, spec: Spec) -> Approval | None:
         if spec.sha256 not in self._approvals:
-            time = approved_at(spec, self._issuer.home)
-            self._approvals[spec.sha256] = None if time is None else Approval(f"{spec.name}@{spec.sha256}", time)
+            found = approved_at(self._store, spec, self._issuer.home)
+            self._approvals[spec.sha256] = found and Approval(f"{spec.name}@{spec.sha256}", *found)
         return self._approvals[spec.sha256]
 
     def amended(self, before: UnitState | None, result: UnitRecord) -> str:

@@ -356,11 +356,13 @@ class Store:
             self._hold(connection, row, before)
         return problem
 
-    def latest_time(self, before: int) -> str:
-        """Return the latest time, not after now, of the events below a number, "" without. Raises StoreError."""
+    def latest_times(self, before: int) -> list[str]:
+        """Return the latest time, not after now, of the events below a number, and the latest of all; none without
+        events. Raises StoreError."""
         e, now = tables.events.c, datetime.now(UTC).isoformat(timespec="microseconds")
-        asked = select(func.max(e.time)).where(e.seq < before, e.time <= now)
-        return self._ask(lambda connection: connection.scalar(asked)) or ""
+        asked = select(func.max(e.time)).where(e.seq < before)
+        found = self._ask(lambda c: [c.scalar(each) for each in (asked.where(e.time <= now), asked)])
+        return [each for each in dict.fromkeys(found) if each]
 
     def clock_set_back(self) -> list[tuple[str, float]]:
         """Return the events over `CLOCK_BACK_S` earlier than their predecessor, and the seconds. Raises StoreError."""

@@ -30,6 +30,7 @@ _COLOURS = {  # on dark, on light
     "panel": ("#1f2937", "#e2e8ee"),
 }
 _VARIABLES = {
+    "frame": ("#3a4a61", "#aab7c4"),  # of a card that is not in use
     "footer-background": ("#171e29", "#e2e8ee"),
     "footer-key-foreground": ("#f0b450", "#8a5300"),
     "footer-description-foreground": ("#a9b6c8", "#3c4a5c"),
@@ -72,15 +73,18 @@ ANSI_LIGHT = TerminalTheme(
 _16_ON_DARK = "#000000", "#ff5555", "#55ff55", "#ffff55", "#5555ff", "#ff55ff", "#55ffff", "#ffffff"
 _16_GREY = "#aaaaaa"
 _16_ON_LIGHT = "#000000", "#aa0000", "#00aa00", "#aa5500", "#0000aa", "#aa00aa", "#00aaaa", "#000000"
-ANSI_DARK_16 = TerminalTheme((0, 0, 0), (255, 255, 255), _rgb(*_16_ON_DARK))
-ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT))
+# Bright black, in which axes are drawn, is a grey that is seen on the ground.
+ANSI_DARK_16 = TerminalTheme((0, 0, 0), (255, 255, 255), _rgb(*_16_ON_DARK), _rgb(_16_GREY, *_16_ON_DARK[1:]))
+ANSI_LIGHT_16 = TerminalTheme((255, 255, 255), (0, 0, 0), _rgb(*_16_ON_LIGHT), _rgb("#555555", *_16_ON_LIGHT[1:]))
 
 
 def of_16(one: Theme) -> Theme:
     """Return a theme with good, bad and doubtful in colours that a terminal of 16 colours has. On light, frames and
-    chips take a grey of these: their own is the white of the ground."""
+    chips take a grey of these: their own is the white of the ground. The cursor turns ink and ground round: on dark
+    its own ground, which becomes the ink, is black and not grey."""
     _, red, green, yellow, *_ = _16_ON_DARK if one.dark else _16_ON_LIGHT
-    chip = {} if one.dark else {"block-cursor-background": _16_GREY}
+    turned = dict.fromkeys(("block-cursor-background", "block-cursor-blurred-background"), "#000000")
+    chip = turned if one.dark else {"block-cursor-background": _16_GREY, "frame": _16_GREY}
     panel = one.panel if one.dark else _16_GREY
     return replace(one, success=green, error=red, warning=yellow, panel=panel, variables=one.variables | chip)
 

@@ -4,6 +4,8 @@ It reads the records of the frequency responses. A coarse table of a model's rat
 misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. No result follows from missing bands,
 reversed channels, a model that does not explain the responses, an answer at the edge."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from checks.acceptance import frf
@@ -77,6 +79,7 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
         return Dataset.from_records(below, above, merge_Hz, channels=RATIO_CHANNELS, name=name)
 
 
+@lru_cache(4)  # a third of a second, and a batch judges many units by one model
 def _coarse_table(model: Model) -> MisalignmentTable:
     """Return a small table of the model, with real modes: a third of the time, and close enough for a start."""
     quick, f, (dx, dy) = quicker(model), table_frequencies(), grid(model, *PLACES)

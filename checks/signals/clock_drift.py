@@ -70,8 +70,9 @@ def _lag(product: Complex) -> float | None:
     coarse = int(np.argmax(along))
     lag = -float(coarse if coarse <= along.size // 2 else coarse - along.size)
     turn = 2.0 * np.pi * at / SEGMENT
-    near = lag + np.arange(-FINE, FINE + 1) / FINE
-    lag = float(near[np.argmax(np.cos(np.angle(phases)[None, :] + near[:, None] * turn).sum(axis=1))])
+    turned = np.empty((2 * FINE + 1, at.size), dtype=complex)  # by a sixteenth of a sample more in each row
+    turned[0], turned[1:] = phases * np.exp(1j * turn * (lag - 1.0)), np.exp(1j * turn / FINE)
+    lag += int(np.argmax(np.cumprod(turned, axis=0).real.sum(axis=1))) / FINE - 1.0
     for _ in range(5):
         left = np.angle(phases * np.exp(1j * turn * lag))
         weight = 1.0 / (1.0 + (left / 0.1) ** 2)  # a zero or a resonance that noise turns counts little

@@ -20,7 +20,7 @@ from checks.record import Record
 from checks.signals.clock_drift import clock_drifts
 from checks.signals.record_checks import dead, overload
 from checks.signals.spectral.segments import hann
-from checks.signals.spectral.unexplained import SHARE, DrivePart, beginning, blocks, power
+from checks.signals.spectral.unexplained import SHARE, DrivePart, blocks, power
 from specs.units import CHANNEL_LABELS
 
 OUTPUTS = ("Vs", "de", "da")
@@ -99,7 +99,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
     moving = [c for c in outputs if np.ptp(record[c]) > 0.0]
     if part is None or not moving:
         return ()
-    whole = {c: blocks(beginning(record[c], part.n)) for c in moving}
+    whole = {c: blocks(record[c], part.n) for c in moving}
     look = _Look(record, drive, part, whole, {c: part.off(X) for c, X in whole.items()})
     return _clock_faults(look) or _loss_faults(look) or _jitter(look)
 
@@ -235,7 +235,8 @@ def _burst(part: DrivePart, E: Complex) -> int | None:
 
 
 def _prediction_errors(x: Array) -> Array:
-    """Return errors (N,) of linear prediction over their local standard deviation; 0 for the first AHEAD samples."""
+    """Return the errors (N,) of linear prediction over their local standard deviation; 0 for the first AHEAD samples.
+    The local one is never taken below that of the record; if no error jumps over this, all are given over this."""
     centred = (x - x.mean()) / (np.std(x) or 1.0)
     at = np.unique(np.linspace(AHEAD, x.size - 1, min(x.size, TRAINED_ON)).astype(np.intp))
     before = np.stack([centred[at - k] for k in range(1, AHEAD + 1)], axis=1)
@@ -243,6 +244,9 @@ def _prediction_errors(x: Array) -> Array:
     weights = np.linalg.solve(squares + 1e-13 * np.trace(squares) * np.eye(AHEAD), before.T @ centred[at])
     error = np.abs(np.convolve(centred, np.concatenate([[1.0], -weights]))[: x.size])
     error[:AHEAD] = 0.0
+    middle = max(float(np.median(error)), 1e-12)
+    if 0.6745 * error.max() <= JUMP * middle:
+        return np.asarray(0.6745 * error / middle)
     width = 4 * SLOT
     whole = error.size // width * width
     if not whole:
@@ -251,9 +255,9 @@ def _prediction_errors(x: Array) -> Array:
     # A drive that begins raises the error from there on, which is not a jump: so the side with the larger error counts.
     padded = np.pad(median, ABOUT - 1, mode="edge")
     sides = np.median(sliding_window_view(padded, ABOUT), axis=1)
-    scale = np.maximum(np.maximum(sides[: median.size], sides[-median.size :]), np.median(error))
+    scale = np.maximum(np.maximum(sides[: median.size], sides[-median.size :]), middle)
     out = np.zeros_like(error)
-    out[:whole] = 0.6745 * error[:whole] / np.repeat(np.maximum(scale, 1e-12), width)
+    out[:whole] = 0.6745 * error[:whole] / np.repeat(scale, width)
     return out
 
 
@@ -293,8 +297,15 @@ def _cross_spectrum(u: Array, y: Array) -> Complex | None:
 
 def _jitter(look: _Look) -> tuple[Reason, ...]:
     """Return a reason if the sampling times scatter: the error of a sample is its velocity times the error of its time,
-    so it grows with the velocity. Two channels must show this: an encoder's interpolation error looks the same."""
-    found = [s for c, E in look.left.items() if (s := _time_error(look, c, E)) > JITTER_s]
+    so it grows with the velocity. Two channels must show this, since the interpolation error of an encoder looks the
+    same."""
+    found, others = list[float](), len(look.left)
+    for c, E in look.left.items():
+        others -= 1
+        if (s := _time_error(look, c, E)) > JITTER_s:
+            found.append(s)
+        if len(found) + others < 2:
+            return ()
     return (because(Cause.SAMPLING_JITTER, jitter_us=1e6 * max(found)),) if len(found) > 1 else ()
 
 

@@ -187,10 +187,15 @@ def test_the_hash_of_the_code_covers_what_is_imported(tmp_path: Path, listing: s
         words = [sys.executable, "-m", "accept", "--version"]
         return subprocess.run(words, env=env, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
 
-    before = version()
-    assert "with accept-plugin-example 1.0, code " in before
+    first, helper = version(), place / "shared_formulas" / "formula.py"
+    assert "with accept-plugin-example 1.0, code " in first
     module = next(code.rglob("*.py"))
-    module.write_text(module.read_text() + "# other\n")
+    module.write_text(module.read_text() + "import numpy, shared_formulas.formula\n")
+    helper.parent.mkdir()
+    helper.write_text("DENSITY = 7800.0\n")
+    before = version()
+    assert before != first
+    helper.write_text("DENSITY = 7801.0\n")  # beside the package: no list has it, and a verdict may change with it
     assert version() != before
 
 

@@ -16,13 +16,16 @@ class KeptFolder:
     kept: Path
 
     @classmethod
-    def filled(cls, folders: pytest.TempPathFactory, fill: Callable[[Path], object]) -> "KeptFolder":
-        """Call `fill` with an empty folder; its `home` is the bench's, with the passphrase that every test has."""
+    def filled(cls, folders: pytest.TempPathFactory, fill: Callable[[Path], object], **more: str) -> "KeptFolder":
+        """Call `fill` with an empty folder; its `home` is the bench's, with the passphrase that every test has. more:
+        of its environment."""
         place = folders.mktemp("place")
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("ACCEPT_HOME", str(place / "home"))
             patch.setenv("ACCEPT_PASSPHRASE", "correct horse")
             patch.setenv("ACCEPT_OPERATOR", "Test Technician")
+            for name, value in more.items():
+                patch.setenv(name, value)
             fill(place)
         return cls(place, Path(shutil.copytree(place, place.with_name(f"{place.name}-kept"), symlinks=True)))
 
@@ -34,11 +37,11 @@ class KeptFolder:
         return self.place
 
 
-def kept(fill: Callable[[Path], object]) -> Callable[..., KeptFolder]:
-    """Return a fixture of a folder that is filled once for the tests of a file."""
+def kept(fill: Callable[[Path], object], **more: str) -> Callable[..., KeptFolder]:
+    """Return a fixture of a folder that is filled once for the tests of a file. more: of the environment meanwhile."""
 
     @pytest.fixture(scope="module")
     def folder(tmp_path_factory: pytest.TempPathFactory) -> KeptFolder:
-        return KeptFolder.filled(tmp_path_factory, fill)
+        return KeptFolder.filled(tmp_path_factory, fill, **more)
 
     return folder

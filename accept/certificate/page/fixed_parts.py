@@ -11,6 +11,7 @@ from reportlab.graphics.barcode.qr import QrCodeWidget
 from reportlab.lib.units import mm
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
+from reportlab.pdfgen.pathobject import PDFPathObject
 
 from accept.base.documents.results import SIMULATED, unit_word
 from accept.certificate.contents.content import CertificateContent
@@ -210,17 +211,17 @@ def _squares(canvas: Canvas, text: str, left: float, bottom: float) -> None:
     """Draw the code as one path, a rectangle for each run of dark squares: a rectangle for each square is slow."""
     rows = _modules(text)
     side = _CODE / len(rows)
-    path = canvas.beginPath()
+    code = []
     for row, dark in enumerate(rows):
         y = bottom + _CODE - (row + 1) * side
         column = 0
         for is_dark, run in groupby(dark):
             length = len(list(run))
             if is_dark:
-                path.rect(left + column * side, y, length * side, side)
+                code.append(f"{left + column * side:.4f} {y:.4f} {length * side:.4f} {side:.4f} re")
             column += length
     canvas.setFillColor(page_style.INK_COLOUR)
-    canvas.drawPath(path, stroke=0, fill=1)
+    canvas.drawPath(PDFPathObject(code=code), stroke=0, fill=1)
 
 
 @lru_cache(8)

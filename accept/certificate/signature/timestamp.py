@@ -6,15 +6,19 @@ authority's own certificates come with it, so that it can be verified when the a
 
 import asyncio
 import hashlib
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
+from functools import partial
+from threading import Thread
 from typing import Any
 
-from asn1crypto import cms
+from asn1crypto import cms, tsp
 from cryptography import x509
 from pyhanko.sign.ades.report import AdESIndeterminate
 from pyhanko.sign.timestamps import TimeStamper
+from pyhanko.sign.timestamps.common_utils import TimestampRequestError, set_tsp_headers
 from pyhanko.sign.validation.dss import DocumentSecurityStore
 from pyhanko.sign.validation.generic_cms import validate_tst_signed_data
 from pyhanko_certvalidator import ValidationContext
@@ -22,6 +26,7 @@ from pyhanko_certvalidator import ValidationContext
 from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
+from accept.certificate.trust.revocation import CLOCK_SLACK
 
 TSA_VARIABLE = "ACCEPT_TSA"
 TIMEOUT_S = 20.0  # for one answer of a time stamping authority
@@ -42,11 +47,68 @@ class Stamped:
     proven: bool = False
 
 
-def stamper(url: str) -> TimeStamper:
-    """Return the client of the authority at a URL. Its errors are TimestampRequestError and OSError."""
-    from pyhanko.sign.timestamps.requests_client import RequestsHTTPTimeStamper  # loads requests: only if needed
+class _Client(TimeStamper):
+    """Client of the authority at a URL. Whatever its server does, an answer is there within TIMEOUT_S, and one that
+    would not verify is none."""
 
-    return RequestsHTTPTimeStamper(url, timeout=TIMEOUT_S)  # type: ignore[no-untyped-call]
+    def __init__(self, url: str) -> None:
+        super().__init__()
+        self.url = url
+
+    async def async_timestamp(self, message_digest: bytes, md_algorithm: str) -> cms.ContentInfo:
+        """Return the token of a digest. Raises TimestampRequestError."""
+        try:
+            token = await super().async_timestamp(message_digest, md_algorithm)
+            signed = token["content"]
+            moment: datetime = signed["encap_content_info"]["content"].parsed["gen_time"].native
+            status = await _status(signed, lambda _: message_digest, (), moment)
+        except TimestampRequestError:
+            raise
+        except Exception as e:  # a parser of what a server sent fails in any way
+            raise TimestampRequestError(f"its answer is no timestamp ({type(e).__name__}: {e})") from e
+        if not (status["intact"] and status["valid"]):
+            raise TimestampRequestError("its timestamp is of another signature, or damaged")
+        if abs(moment - (now := datetime.now(UTC))) > CLOCK_SLACK:
+            raise TimestampRequestError(
+                f"its timestamp says {moment:%Y-%m-%d %H:%M} UTC, here it is {now:%Y-%m-%d %H:%M}"
+            )
+        return token
+
+    async def async_request_tsa_response(self, req: tsp.TimeStampReq) -> tsp.TimeStampResp:
+        """Return the answer of the server. Raises TimestampRequestError, ValueError."""
+        found = list[bytes | Exception]()
+        Thread(target=self._ask, args=(req.dump(), found), daemon=True).start()  # one that hangs holds nothing up
+        until = time.monotonic() + TIMEOUT_S
+        while not found:
+            if time.monotonic() > until:
+                raise TimestampRequestError(f"no answer within {TIMEOUT_S:g} s")
+            await asyncio.sleep(0.005)
+        if isinstance(found[0], Exception):
+            raise TimestampRequestError(str(found[0])) from found[0]
+        return tsp.TimeStampResp.load(found[0])
+
+    def _ask(self, request: bytes, found: list[bytes | Exception]) -> None:
+        import requests  # only if needed
+
+        try:
+            with requests.post(
+                self.url, request, headers=set_tsp_headers({}), timeout=TIMEOUT_S, stream=True
+            ) as answer:
+                if answer.headers.get("Content-Type") != "application/timestamp-reply":
+                    raise TimestampRequestError(f"it answered {answer.status_code}, and no timestamp")
+                content = b""
+                for piece in answer.iter_content(1024):
+                    content += piece
+                    if len(content) > LARGEST:
+                        raise TimestampRequestError(f"its answer has more than {LARGEST} bytes")
+            found.append(content)
+        except Exception as e:  # noqa: BLE001 - said by who waits for it
+            found.append(e)
+
+
+def stamper(url: str) -> TimeStamper:
+    """Return the client of the authority at a URL. It raises TimestampRequestError."""
+    return _Client(url)
 
 
 def checked(
@@ -64,7 +126,8 @@ def checked(
         raise InvalidCertificate("the timestamp carries more than its authority signed")
     moment: datetime = signed["encap_content_info"]["content"].parsed["gen_time"].native
     carried = [x509.load_der_x509_certificate(choice.chosen.dump()) for choice in signed["certificates"]]
-    status = _status(signed, signature, roots, moment)
+    judged = partial(_status, signed, lambda name: hashlib.new(name, signature).digest(), roots, moment)
+    status = asyncio.run(judged())
     if not (status["intact"] and status["valid"]):
         raise InvalidCertificate("the timestamp is not of this signature, or was changed")
     if not all(any(issued_by(c, issuer) for issuer in (*carried, *roots)) for c in carried):
@@ -72,20 +135,21 @@ def checked(
     by = str(status["signing_cert"].subject.human_friendly)
     if status["trust_problem_indic"] is not None or kept is None:
         return Stamped(moment, by, trusted=status["trust_problem_indic"] is None)
-    problem = _status(signed, signature, roots, moment, kept)["trust_problem_indic"]
+    problem = asyncio.run(judged(kept))["trust_problem_indic"]
     revoked = problem in _REVOKED  # anything else: what is kept says nothing of this certificate at that moment
     return Stamped(moment, by, trusted=not revoked, revoked=revoked, proven=problem is None)
 
 
-def _status(
+async def _status(
     signed: cms.SignedData,
-    signature: bytes,
+    digest: Callable[[str], bytes],
     roots: Sequence[x509.Certificate],
     moment: datetime,
     kept: DocumentSecurityStore | None = None,
 ) -> dict[str, Any]:
     """Return pyhanko's status of a token at a moment: whether it is by its authority and, if the document keeps
-    revocation data, whether these show that no certificate above it was revoked."""
+    revocation data, whether these show that no certificate above it was revoked. digest: of what was stamped, by the
+    name of its algorithm."""
     settings: dict[str, Any] = {
         "trust_roots": loaded(roots),
         "other_certs": [choice.chosen for choice in signed["certificates"]],
@@ -95,5 +159,4 @@ def _status(
         "time_tolerance": _CLOCKS,
     }
     context = ValidationContext(**settings) if kept is None else kept.as_validation_context(settings)
-    found = validate_tst_signed_data(signed, context, lambda name: hashlib.new(name, signature).digest())
-    return dict(asyncio.run(found))
+    return dict(await validate_tst_signed_data(signed, context, digest))

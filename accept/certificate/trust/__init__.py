@@ -7,7 +7,7 @@
     opens_a_key(home, "a serial")  # True for what must not be stored in clear
 
     bench_statement(bench, spec.checks, day, home, {})  # calibrations, and which instruments are commissioned
-    approved_at(spec, home)  # when quality assurance approved it
+    approved_at(store, spec, home)  # when quality assurance approved it, and by which event
 
 Keys are requested, issued, renewed and revoked by `accept keys`; its commands read the files behind this door."""
 

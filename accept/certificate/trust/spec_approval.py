@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes
@@ -73,25 +73,55 @@ def approval_of(spec: Spec, home: Path, ca: x509.Certificate | None, revoked: Se
     return approval
 
 
-def approved_at(spec: Spec, home: Path) -> str | None:
-    """Return when quality assurance approved a spec, ISO 8601, None without an approval that holds at this bench."""
+class Approved(NamedTuple):
+    """An approval of a spec, as certificates state it. seq: number of its event in the store, 0 without one."""
+
+    stated: dict[str, Any]
+    seq: int
+
+    @property
+    def time(self) -> str:
+        return str(self.stated["time"])
+
+    def is_after(self, other: "Approved") -> bool:
+        """Return whether it was given after another one: as the store has them, else as both state."""
+        return self.seq > other.seq if self.seq and other.seq else self.time > other.time
+
+
+def approved_at(store: Store, spec: Spec, home: Path) -> tuple[str, int] | None:
+    """Return when quality assurance approved a spec, ISO 8601, and by which event, 0 without one; None without an
+    approval that holds at this bench. Raises StoreError."""
     try:
         stated = approval_of(spec, home, keys.ca(home), keys.revoked(home))
     except AcceptError:
         return None
-    return stated.get("time")
+    return (stated["time"], approval_number(store, stated)) if "time" in stated else None
 
 
-def approvals(store: Store, home: Path, name: str, roots: Sequence[x509.Certificate]) -> dict[str, dict[str, Any]]:
+def approval_number(store: Store, stated: Mapping[str, Any]) -> int:
+    """Return the number of the first event that has an approval, 0 without one. Raises StoreError."""
+    same = (event.seq for event in store.events(what=SpecApproved.KIND) if SpecApproved.of(event).approval == stated)
+    return next(same, 0)
+
+
+def approvals(store: Store, home: Path, name: str, roots: Sequence[x509.Certificate]) -> dict[str, Approved]:
     """Return sha256 -> the last approval of each version of a spec by quality assurance, under these authorities: what
     the store has, and what lies at the bench. A key that was lost approves nothing. Raises StoreError, KeysError."""
-    given = [dict(SpecApproved.of(event).approval) for event in store.events(what=SpecApproved.KIND)]
+    found = dict[bytes, Approved]()  # by the first event that has it: told again, it is no newer
+    for event in store.events(what=SpecApproved.KIND):
+        stated = dict(SpecApproved.of(event).approval)
+        found.setdefault(canonical(stated), Approved(stated, event.seq))
     for path in _path(home, "").parent.glob("*.json"):
         with suppress(OSError, ValueError, TypeError):
-            given.append(dict(json_of(read_bounded(path))))
+            stated = dict(json_of(read_bounded(path)))
+            found.setdefault(canonical(stated), Approved(stated, 0))
     lost = [replace(entry, since=EVER) for entry in keys.revoked(home) if entry.compromised]
-    held = [g for g in given if approval_problem(g, name, str(g.get("sha256")), roots, lost) is None]
-    return {str(each["sha256"]): each for each in sorted(held, key=lambda each: str(each["time"]))}
+    held = [
+        each
+        for each in found.values()
+        if approval_problem(each.stated, name, str(each.stated.get("sha256")), roots, lost) is None
+    ]
+    return {str(e.stated["sha256"]): e for e in sorted(held, key=lambda each: (each.seq, each.time))}
 
 
 def is_approved(
@@ -103,7 +133,7 @@ def is_approved(
     if is_builtin(name, sha256):
         return True
     approval = approvals(store, home, name, roots).get(sha256)
-    return approval is not None and uncovered(approval, models) is None
+    return approval is not None and uncovered(approval.stated, models) is None
 
 
 def _path(home: Path, sha256: str) -> Path:

@@ -2,9 +2,9 @@
 unit was judged since. It needs the authority's certificate and the file, and no store."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 
 from cryptography import x509
@@ -25,6 +25,7 @@ from accept.certificate.trust.published_list import (
     unit_key,
 )
 from accept.certificate.trust.revocation import Revoked, aged
+from accept.certificate.verify.clock_check import runs_out, too_late
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import OF_THE_RESULT
 
@@ -102,6 +103,7 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
         steps.append(Step(f"{problem} (provenance.earlier)", complete=False))
     if contents.stated.judged not in ("", judged[-1].time):
         steps.append(Step(f"the list holds that it was judged on {_minute(judged[-1].time)}", complete=False))
+    steps += _too_late(own, judged[-1], signature, contents)
     void = next((e for e in mine if e.what == VOIDED and e.content == judged[-1].content), None)
     if void is not None:
         words = f"the list says that this attempt was declared void, on {_minute(void.time)}"
@@ -109,6 +111,15 @@ def _comparison(signed: bytes, contents: CertificateContent, when: datetime, lis
     if all(step.complete for step in steps):
         steps[0] = replace(steps[0], looked_up=_LISTED)
     return [*steps, _later(own, judged[-1], lists)]
+
+
+def _too_late(own: BenchList, judged: Entry, signature: Entry, contents: CertificateContent) -> Iterator[Step]:
+    """Yield that a calibration had run out by the order of the entries, whatever the clock said."""
+    rows, now = (contents.record.calibration or {}).get("instruments", ()), datetime.now(UTC)
+    for entry, what in ((judged, "its judgement"), (signature, "its signature")):
+        times = [e.time for e in own.entries if e.seq < entry.seq]
+        before = [max(given) for given in ([t for t in times if datetime.fromisoformat(t) <= now], times) if given]
+        yield from too_late(what, datetime.fromisoformat(entry.time), before, runs_out(rows, None), now)
 
 
 def _problem_of_replaced(stated: Replaced | None, judged: Entry, mine: Sequence[Entry]) -> str | None:

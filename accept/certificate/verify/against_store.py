@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from itertools import islice
 from pathlib import PurePath
 
@@ -19,16 +19,16 @@ from accept.base.plain_text import listed
 from accept.base.spelling import difference, spelling_key
 from accept.base.version import code_sha256
 from accept.capture.reference_check import history
-from accept.certificate.contents.content import BEFORE, CertificateContent, canonical
+from accept.certificate.contents.content import BEFORE, CertificateContent, same_json
 from accept.certificate.contents.laboratory import number_of
 from accept.certificate.contents.outcome import InvalidCertificate, Step, quoted
 from accept.certificate.contents.provenance import History, differences
 from accept.certificate.trust import keys
 from accept.certificate.trust.approved_spec import NOT_APPROVED
 from accept.certificate.trust.provenance import amended, ends_before, replaced_by_next, values_before
-from accept.certificate.trust.revocation import CLOCK_SLACK
 from accept.certificate.trust.revocation_record import store_is_there, stored_lists
-from accept.certificate.trust.spec_approval import approvals, is_approved
+from accept.certificate.trust.spec_approval import Approved, approval_number, approvals, is_approved
+from accept.certificate.verify.clock_check import runs_out, too_late
 from accept.certificate.verify.signatures import Signed
 from accept.certificate.verify.stated_check import SAME_SECOND
 from accept.certificate.verify.statements import LOOKED_UP
@@ -110,7 +110,7 @@ def check_store(
             judged = (e for e in events if signature is not None and e.seq == signature.data.get("judged"))
             path = next((str(e.data["path"]) for e in judged if e.what == UnitJudged.KIND), None)
             compared = [*_reserved(store, contents, again, signature, path), *_parts(store, contents, roots)]
-            compared += _newer_spec(store, contents, signatures[0].when, roots)
+            compared += _newer_spec(store, contents, signature, signatures[0].when, roots)
             other = [Step(problem, complete=stated != certified)] if problem else []
             return [*other, held, *history, *_unread((*events, *store.events(""))), *compared]
     except StoreError as e:
@@ -145,10 +145,9 @@ def _history(
     store: Store, events: Sequence[Event], contents: CertificateContent, by: _Signatures, roots: _Authorities
 ) -> list[Step]:
     signature = by[0][1]
-    result = canonical(contents.result)
     named = signature.data.get("judged")  # earlier programs do not name the judgement that was signed
     before = [e for e in events if e.what == UnitJudged.KIND and e.seq < signature.seq and named in (None, e.seq)]
-    own = next((e for e in reversed(before) if canonical(e.data["result"]) == result), None)
+    own = next((e for e in reversed(before) if same_json(e.data["result"], contents.result)), None)
     if own is None:
         return [Step("this bench's store holds no judgement with this result", complete=False)]
     signed = {e.seq: CertificateSigned.of(e) for e in events if e.what == CertificateSigned.KIND}
@@ -178,7 +177,7 @@ def _history(
         *_put_away(store, contents, own),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *_made_up(store, contents, own),
-        *(Step(words, complete=False) for words in _too_late(store, contents, own, by, roots)),
+        *_too_late(store, contents, own, by, roots),
     ]
 
 
@@ -222,13 +221,19 @@ def _unread(events: Iterable[Event]) -> list[Step]:
     return [Step(words, of_bench, remark=words if of_bench else "")] if unknown else []
 
 
-def _newer_spec(store: Store, contents: CertificateContent, signed: datetime, roots: _Authorities) -> list[Step]:
-    """Return that quality assurance had approved a newer version of the spec: an approval of before holds still."""
-    since = (contents.stated.approval or {}).get("time", "")
-    known = approvals(store, home(), contents.spec_name, roots).values() if since else ()
-    times = [str(each["time"]) for each in known]
-    newer = [t for t in times if since < t and datetime.fromisoformat(t) <= signed]  # both in whole seconds
-    return [Step("", remark=f"a newer version of its spec was approved on {time[:10]}") for time in newer[:1]]
+def _newer_spec(
+    store: Store, contents: CertificateContent, signature: Event | None, signed: datetime, roots: _Authorities
+) -> list[Step]:
+    """Return that quality assurance had approved a newer version of the spec when it was signed: an approval of before
+    holds still. Events count in their order; the times of two approvals only if the store lacks one of them."""
+    if not (stated := contents.stated.approval or {}).get("time"):
+        return []
+    own = Approved(dict(stated), approval_number(store, stated))
+    for each in approvals(store, home(), contents.spec_name, roots).values():
+        in_time = datetime.fromisoformat(each.time) <= signed  # both in whole seconds
+        if each.is_after(own) and (each.seq < signature.seq if signature and each.seq else in_time):
+            return [Step("", remark=f"a newer version of its spec was approved on {each.time[:10]}")]
+    return []
 
 
 def _alike(store: Store, contents: CertificateContent, complete: bool) -> Iterator[Step]:
@@ -268,26 +273,20 @@ def _made_up(store: Store, contents: CertificateContent, own: Event) -> Iterator
 
 def _too_late(
     store: Store, contents: CertificateContent, own: Event, by: _Signatures, roots: _Authorities
-) -> Iterator[str]:
+) -> Iterator[Step]:
     """Yield what the order of the events shows, whatever the clock said: a calibration or a key had run out when the
     unit was judged or signed, or a key was revoked."""
     rows = (contents.record.calibration or {}).get("instruments", ())
     lists = [each for ca in roots for each in stored_lists(store.events("", KeysRevoked.KIND), ca)]
     signed = [(event, signer.when, signer) for signer, event in by]
     for event, when, signer in ((own, datetime.fromisoformat(own.time), None), *signed):
-        latest = store.latest_time(event.seq)
-        ended = [f"the calibration of {row['name']}" for row in rows if row["due"] and row["due"] < latest[:10]]
-        if signer is not None and signer.certificate.not_valid_after_utc.isoformat() < latest:
-            ended.append(f"the key of {signer.person}")
-        if ended and when < datetime.fromisoformat(latest) - CLOCK_SLACK:
-            dated = f"{event.name} is dated {when:%Y-%m-%d}, and an event before it {latest[:10]}"
-            yield f"the clock was set back: {dated}, when {ended[0]} had run out"
-        number = signer and signer.certificate.serial_number
+        times, number = store.latest_times(event.seq), signer and signer.certificate.serial_number
+        yield from too_late(event.name, when, times, runs_out(rows, signer), datetime.now(UTC))
         for revoked, entry in ((e, entry) for e, keys_of in lists for entry in keys_of.entries):
-            known = revoked.seq < event.seq and entry.since.isoformat() <= max(revoked.time, latest)
+            known = revoked.seq < event.seq and entry.since.isoformat() <= max(revoked.time, *times[:1])
             if signer is not None and entry.serial_number == number and known:
                 where = f"was revoked in this bench's store, event {revoked.seq}, before it signed"
-                yield f"the key of {signer.person} {where}"
+                yield Step(f"the key of {signer.person} {where}", complete=False)
                 break  # later lists have it too
 
 
@@ -384,8 +383,8 @@ def _reserved(
     yield from _lacks("the bench's store has the same recording, read otherwise", otherwise)
     doubts = [words for words in part_doubts(store, entry) if words not in entry.part_doubts]
     yield from _lacks("the bench's store casts doubt on its parts", doubts)
-    approved = (contents.stated.approval or {}).get("time")
-    approval = Approval(f"{contents.spec_name}@{contents.spec_sha256}", approved) if approved else None
+    stated, spec = contents.stated.approval or {}, f"{contents.spec_name}@{contents.spec_sha256}"
+    approval = Approval(spec, stated["time"], approval_number(store, stated)) if stated.get("time") else None
     now = standing(store, serial, {}, entry, None if signature is None else signature.seq, approval=approval)
     given = [*map(NonconformanceDecided.from_json, entry.dispositions)]
     known = {*entry.nonconformances, *(words for each in given for words in each.nonconformances)}

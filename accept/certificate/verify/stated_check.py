@@ -187,14 +187,15 @@ def _other_program(contents: CertificateContent) -> Step:
 def _times(given: Provenance, signed: datetime) -> list[Step]:
     last = given.earlier.not_accepted if given.earlier else None
     stated = {
-        "it": given.judged,
-        "what it replaces": given.replaces.time if given.replaces else "",
-        "an attempt that was not accepted": last.time if last else "",
+        "it was judged": given.judged,
+        "what it replaces was judged": given.replaces.time if given.replaces else "",
+        "an attempt that was not accepted was judged": last.time if last else "",
+        "its spec was approved": str((given.approval or {}).get("time", "")),
     }
     times = [(what, datetime.fromisoformat(time)) for what, time in stated.items() if time]
     words = f"it was signed at {signed:%Y-%m-%d %H:%M:%S} UTC, before"
     return [
-        Step(f"{words} {what} was judged ({at:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)
+        Step(f"{words} {what} ({at:%Y-%m-%d %H:%M:%S} UTC): the bench's clock ran back", complete=False)
         for what, at in times
         if signed < at - SAME_SECOND
     ]

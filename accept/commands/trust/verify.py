@@ -11,6 +11,7 @@ from accept.base.documents.listings import EvidenceFolder, SignatureVerified, Ve
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
 from accept.base.home import home
+from accept.base.loading import keep_loaded
 from accept.base.plain_text import one_line
 from accept.base.progress import busy
 from accept.certificate import (
@@ -142,7 +143,9 @@ def verified(
         if not inside:
             raise CertificatesMissing(f"{path}: holds no certificate (no file that ends in .pdf)")
         found.update(dict.fromkeys(inside))
-    for path in found:
+    for nth, path in enumerate(found):
+        if nth == 1:
+            keep_loaded()
         try:
             with busy(f"{path.name}: judging again"):
                 content = read_certificate(path)

@@ -66,13 +66,14 @@ def same_recordings(ours: Samples, theirs: Samples) -> list[tuple[str, str]]:
 
 # a batch, or a verification of many certificates, compares each with many
 _sketches = lru_cache(maxsize=128)(Sketch.parse_all)
+judgement_of = lru_cache(maxsize=128)(UnitJudged.of)
 
 
 def _shared(event: Event, serial: str, folder: str | None, samples: Samples) -> list[tuple[str, str, Channels]]:
     """Return (own record, record of the event, its channels) of each pair that holds the same samples."""
     if event.what != UnitJudged.KIND or (event.subject == serial and folder is None):
         return []
-    judged = UnitJudged.of(event)
+    judged = judgement_of(event)
     theirs: Samples = judged.result.samples
     if event.subject == serial:  # what was typed of one unit stays true of it
         samples, theirs = _recordings(samples), _recordings(theirs)

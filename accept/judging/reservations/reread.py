@@ -9,7 +9,7 @@ count (`void_attempts`).
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from accept.judging.reservations.copies import Samples, same_recordings
+from accept.judging.reservations.copies import Samples, judgement_of, same_recordings
 from accept.judging.reservations.void_attempts import voids
 from accept.judging.samples import is_typed, section_read_by
 from accept.pictures.labels import CHANNELS, input_words
@@ -48,7 +48,7 @@ def _differences(
     event: Event, serial: str, own: Samples, findings: Sequence[Finding], files: Mapping[str, str]
 ) -> Iterator[tuple[str, Rereading]]:
     """Yield the quantities that a judgement found in the same recordings, read otherwise."""
-    result = UnitJudged.of(event).result
+    result = judgement_of(event).result
     pairs = same_recordings(own, result.samples)
     then = {f.quantity: f for f in result.findings if f.inputs}
     for now in findings:

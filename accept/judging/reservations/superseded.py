@@ -46,15 +46,18 @@ def are_same(values: Mapping[str, float], others: Mapping[str, float]) -> bool:
 
 
 class Approval(NamedTuple):
-    """Approval of a spec by quality assurance. spec: as events name it; time: ISO 8601."""
+    """Approval of a spec by quality assurance. spec: as events name it; time: ISO 8601. seq: number of its event; 0:
+    the store has none."""
 
     spec: str
     time: str
+    seq: int = 0
 
     def revises(self, event: Event) -> bool:
         """Return whether the spec is another version of that of a judgement, approved since."""
         name, _, sha256 = (event.spec or "").partition("@")
-        since = datetime.fromisoformat(self.time) > datetime.fromisoformat(event.time)
+        by_clock = datetime.fromisoformat(self.time) > datetime.fromisoformat(event.time)
+        since = self.seq > event.seq if self.seq else by_clock
         return since and self.spec.startswith(f"{name}@") and self.spec != f"{name}@{sha256}"
 
 

@@ -21,7 +21,8 @@ from pypdf.generic import (
     TextStringObject,
 )
 
-_SAMPLE = 100_000  # bytes that tell whether the rest can be compressed
+_SAMPLE = 20_000  # bytes that tell whether the rest can be compressed
+_SMALL = 1_000_000  # bytes: below, the fastest compression costs a certificate half a percent of its size
 _PRINTED = 4  # annotation flag: print it
 _SIGNED_FILE = 3  # SigFlags: there are signatures, only append to this file
 
@@ -61,7 +62,7 @@ def _attach(writer: PdfWriter, attachments: Mapping[str, bytes]) -> None:
 
 def _file(writer: PdfWriter, name: str, content: bytes) -> DictionaryObject:
     stream = StreamObject()
-    packed = zlib.compress(content, 6) if _shrinks(content) else content
+    packed = zlib.compress(content, 1 if len(content) < _SMALL else 6) if _shrinks(content) else content
     smaller = len(packed) < len(content)
     stream.set_data(packed if smaller else content)
     if smaller:

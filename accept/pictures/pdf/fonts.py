@@ -1,6 +1,6 @@
 """The typeface of a certificate: DejaVu, embedded: PDF's own fonts lack the ≤, the Ω and half of Europe."""
 
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -17,6 +17,23 @@ _FILES = {
     OBLIQUE: "DejaVuSans-Oblique.ttf",
     MONO: "DejaVuSansMono.ttf",
 }
+_SHORT, _MANY = 64, 20_000  # letters of a word, and words of each typeface, whose widths are kept
+
+
+class _Typeface(TTFont):  # type: ignore[misc]  # reportlab has no types
+    """A typeface that keeps the widths of words: reportlab asks for each some six times, letter by letter, and one
+    certificate has most words of another."""
+
+    def __init__(self, name: str, file: str) -> None:
+        super().__init__(name, file)
+        widths, other = self.face.charWidths, self.face.defaultWidth
+        self._width = lambda word: sum(widths.get(ord(letter), other) for letter in word)
+        self._kept = lru_cache(_MANY)(self._width)
+
+    def stringWidth(self, text: str | bytes, size: float, encoding: str = "utf8") -> float:
+        """Return the width of a text [pt], as reportlab does."""
+        word = text if isinstance(text, str) else text.decode(encoding)
+        return 0.001 * size * float((self._kept if len(word) <= _SHORT else self._width)(word))
 
 
 @cache
@@ -30,7 +47,7 @@ def register() -> None:
         raise RuntimeError("matplotlib is not installed: the certificate's typeface comes with it")
     folder = Path(matplotlib.origin).parent / "mpl-data" / "fonts" / "ttf"
     for name, file in _FILES.items():
-        pdfmetrics.registerFont(TTFont(name, str(folder / file)))
+        pdfmetrics.registerFont(_Typeface(name, str(folder / file)))
     pdfmetrics.registerFontFamily(REGULAR, normal=REGULAR, bold=BOLD, italic=OBLIQUE, boldItalic=BOLD)
 
 

@@ -15,7 +15,7 @@ from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size
 from accept.pictures.pdf.legend import legend
 from accept.pictures.pdf.panel_items import draw_items
-from accept.pictures.pdf.plot_area import Area
+from accept.pictures.pdf.plot_area import Area, lines
 from accept.pictures.scale import scales
 from accept.pictures.words import pretty
 from checks.picture import Heights, Image, Panel
@@ -74,14 +74,15 @@ def _axes(area: Area, grid: bool, x_numbers: bool, left: float) -> float:
     if grid:
         canvas.setStrokeColor(HexColor(GRID))
         canvas.setLineWidth(0.5)
-        canvas.lines([(x, area.bottom, x, area.top) for x, _ in xs])
-        canvas.lines([(area.left, y, area.right, y) for y, _ in ys])
+        canvas.drawPath(lines([(x, area.bottom, x, area.top) for x, _ in xs]))
+        canvas.drawPath(lines([(area.left, y, area.right, y) for y, _ in ys]))
     canvas.setStrokeColor(HexColor(GREY))
     canvas.setLineWidth(0.6)
-    canvas.lines([(area.left, area.bottom, area.right, area.bottom), (area.left, area.bottom, area.left, area.top)])
+    corner = (area.left, area.bottom)
+    canvas.drawPath(lines([(*corner, area.right, area.bottom), (*corner, area.left, area.top)]))
     canvas.setLineWidth(0.5)
-    canvas.lines([(x, area.bottom - _TICK_LENGTH, x, area.bottom) for x, _ in xs])
-    canvas.lines([(area.left - _TICK_LENGTH, y, area.left, y) for y, _ in ys])
+    canvas.drawPath(lines([(x, area.bottom - _TICK_LENGTH, x, area.bottom) for x, _ in xs]))
+    canvas.drawPath(lines([(area.left - _TICK_LENGTH, y, area.left, y) for y, _ in ys]))
     canvas.setFillColor(HexColor(INK))
     canvas.setFont(REGULAR, _TICK)
     end = -1e9  # where the number before ends: one that would touch it is left out

@@ -1,5 +1,6 @@
 """The area within the axes of a panel on a page: from values to points of the page, and paths of many points."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +86,11 @@ def dots(x: Array, y: Array) -> PDFPathObject:
     good = np.isfinite(x) & np.isfinite(y)
     pairs = np.stack([x[good], y[good], x[good], y[good]], axis=1)
     return PDFPathObject(code=[("%.2f %.2f m %.2f %.2f l " * len(pairs)) % tuple(pairs.ravel().tolist())])
+
+
+def lines(ends: Iterable[tuple[float, float, float, float]]) -> PDFPathObject:
+    """Return lines from x, y to x, y [pt] as one path."""
+    return PDFPathObject(code=[f"{x:.2f} {y:.2f} m {to_x:.2f} {to_y:.2f} l" for x, y, to_x, to_y in ends])
 
 
 def _joined(x: Array, y: Array) -> str:

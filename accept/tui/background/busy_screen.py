@@ -1,6 +1,7 @@
 """A screen whose slow or blocking work runs in threads, in order, with a visible clock; errors become one line."""
 
 import asyncio
+import re
 import threading
 import time
 from collections import deque
@@ -11,6 +12,7 @@ from inspect import isawaitable
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import ActiveBinding, Binding, BindingType
+from textual.events import Click, Key
 from textual.reactive import Reactive
 from textual.screen import Screen
 from textual.timer import Timer
@@ -27,6 +29,7 @@ T = TypeVar("T")
 _LOOK_S = 0.2  # between two looks whether the screen is still there
 TOLD_S = 4.0  # that words about what was done stay at least
 _READ_PER_S = 20  # characters of them
+_NAMED = re.compile(r"(\S+): ")  # a key in the line at the foot
 _CLOCK_AFTER_S = 1.0  # what is done sooner needs no clock
 
 
@@ -164,7 +167,8 @@ class Working(Screen[T]):
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
         """Return the bindings as the dialogue calls them, those that do nothing at present out of the row of keys."""
-        idle, called = getattr(self.dialogue, "idle_keys", ()), getattr(self.dialogue, "called", {})
+        names = self.dialogue or self
+        idle, called = getattr(names, "idle_keys", ()), getattr(names, "called", {})
         bindings = super().active_bindings
         for key, active in bindings.items():
             if active.node is self:
@@ -208,6 +212,16 @@ class Working(Screen[T]):
                 status.set_classes(role)
                 longest = max(len(shown), len(before))  # in a row of its own nothing is laid out anew
                 status.update(shown, layout=not before or longest > status.content_size.width)
+
+    def on_click(self, event: Click) -> None:
+        """Press the key of the words in the line at the foot that were pointed at: from its name to the next one."""
+        if event.widget is None or event.widget.id != "status" or event.y:
+            return
+        words, x = str(event.widget.render()), event.x - event.widget.gutter.left
+        caps = {self.app.get_key_display(each.binding): key for key, each in self.active_bindings.items()}
+        before = [each[1] for each in _NAMED.finditer(words) if each.start() <= x < len(words)]
+        if before and before[-1] in caps:
+            self.app.post_message(Key(caps[before[-1]], None))
 
     def tell(self, toast: Toast) -> None:
         """Show what was done for some seconds, in place of what was told before."""

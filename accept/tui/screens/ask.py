@@ -85,8 +85,17 @@ class Question(InFront[list[str]]):
         the line cannot stay so, "" if it can. The question stays until nothing is wrong: at the last line every line is
         asked about, since the cursor may have come there without Enter."""
         super().__init__(title, words)
-        self._lines, self._check = lines, check
+        self._lines, self._check, self._row = lines, check, 0
         self._checking = False
+
+    def beside(self, row: int) -> None:
+        """Put the question on the right, below a row of the screen behind it; not on a narrow terminal."""
+        self.add_class("beside")
+        self._row = row
+
+    def on_mount(self) -> None:
+        if self.has_class("beside", "-wide"):
+            self.query_one(".dialog").styles.margin = (self._row, 0, 2, 0)
 
     def asked(self) -> ComposeResult:
         for line in self._lines:

@@ -17,6 +17,7 @@ from accept.tui.widgets.hits import Hits
 if TYPE_CHECKING:
     from checks.acceptance import HitsSoFar
 
+_HIT = "hit now"
 LOOK_S = 0.2  # between two looks whether the capture was stopped
 LAST = 3  # words that stay: hits come every second or two, and each of their verdicts is to be read
 
@@ -98,6 +99,9 @@ class CaptureDialogue:
             main.display = True
 
     def _show(self, lines: Sequence[str]) -> None:
+        lines = [
+            line for line in lines if not (line.endswith(_HIT) and self._screen.query(Hits))
+        ]  # which show it large
         text = Text("\n".join(lines))
         text.stylize("bold", 0, len(lines[0]) if lines and is_cue(lines[0]) else 0)
         for shown in self._screen.query("#said").results(Static):

@@ -36,14 +36,21 @@ class Explain(Page):
     """Looks when asked, in the other process; the answer is kept and shown again."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "go_on", show=False, priority=True),
+        Binding("enter", "go_on", "Go on", priority=True),
         Binding("f3", "search", "Measure"),
         Binding("f7", "picture", "Plot"),
         Binding("escape", "leave", "Back"),
     ]
 
+    called: ClassVar[dict[str, str]] = {"f3": "Compare"}  # as at a misalignment
+
     def __init__(self, bench: Workbench, session: Session) -> None:
         super().__init__(bench, session, WORDS, GAP)
+
+    @property
+    def main_key(self) -> str:
+        """Return the key of what is to be done next."""
+        return "f3" if self.session.gap.found is None else "enter"
 
     def parts(self) -> ComposeResult:
         yield Card(Hanging(id="answer"), title="Cause", id="cause")
@@ -61,6 +68,7 @@ class Explain(Page):
 
     def _show(self) -> None:
         found = self.session.gap.found
+        self.query_one("#side").set_class(found is None, "nothing")
         if self.alive and found is not None:
             self.query_one("#main").add_class("complete")
             self.query_one("#main").set_class(bool(self.session.gap.panels), "plotted")
@@ -83,6 +91,9 @@ class Explain(Page):
             return
         state = self.session.gap.responses
         if state is None or not state.entries:
+            self.query_one("#answer", Hanging).hang(
+                Text("No frequency responses yet: record or load them first", "dim")
+            )
             self.say("Load the frequency responses first", "bad")
             return
         self.query_one("#answer", Hanging).hang(Text("Analysing … (Esc: stop)", "dim"))
@@ -121,9 +132,8 @@ def answer(found: Mapping[str, Any]) -> Text:
         text.append(f"  {pretty(each.words)}\n", COLOURS[each.role])
         text.append("".join(f"    {pretty(detail)}\n" for detail in each.details), "dim")
     before, after = found["gap_before"]["channels"], found["gap_after"]["channels"]
-    shrunk = "   ".join(f"{c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items())
-    text.append("  G before → after, on unseen records; 1 or less agrees:\n", "bold")
-    text.append(f"    {shrunk}", "bold")
+    text.append("  G before → after, on unseen records; 1 or less agrees:", "bold")
+    text.append("".join(f"\n    {c} {gap_number(G)} → {gap_number(after[c])}" for c, G in before.items()), "bold")
     where = found.get("where", ())
     for each in where[:_BANDS]:
         band = f"{each['f_lo_Hz']:.0f} to {each['f_hi_Hz']:.0f} Hz"

@@ -13,6 +13,7 @@ from textual.screen import Screen
 from textual.widgets import Label
 
 from accept.base.atomic_files import write_atomic
+from accept.pictures.words import pretty
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.plot import PanelView
 from checks.picture import Line, Panel, PanelKind
@@ -54,7 +55,7 @@ class Plots(Screen[None]):
 
     async def _draw(self) -> None:
         shown = self._pages[self._at]
-        self.query_one("#which", Label).update(f"Plot {self._at + 1} of {len(self._pages)}: {shown[0].title}")
+        self.query_one("#which", Label).update(f"Plot {self._at + 1} of {len(self._pages)}: {pretty(shown[0].title)}")
         holder = self.query_one("#drawn")
         await holder.remove_children()
         if holder.is_attached:  # left while the old ones went

@@ -13,6 +13,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
+from textual.content import Content
 from textual.events import Key
 from textual.widgets import DataTable, Label, Static
 
@@ -22,7 +23,7 @@ from accept.workflow.entry.record_folder import LOOKED_INTO_MOST, Listing, age_w
 LOOKS_AT_MOST_S = 5.0  # keys wait for the list of a slow folder no longer
 REFUSED = "✗ "
 _NONE_SUCH = "No file has these letters in its name. Backspace: less"
-_HINT = "New files appear here. Type letters of a name, Enter: choose, Esc: cancel"
+_HINT = "New files appear here. Letters filter, Enter: choose, Esc: cancel"
 
 
 def content_words(path: Path, size: int) -> str:
@@ -83,8 +84,8 @@ class Pick(Working[Path | None]):
         self._first: frozenset[str] = frozenset()
 
     def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog tall"):
-            yield Label(f"File for: {self._what}", classes="title", markup=False)
+        with Vertical(classes="dialog tall") as dialog:
+            dialog.border_title = Content(f"File for: {self._what}")
             yield Label("", id="folder", markup=False)
             yield DataTable(id="files", cursor_type="row")
             yield Static("", id="preview", markup=False)
@@ -94,7 +95,7 @@ class Pick(Working[Path | None]):
         if not self.alive:
             return
         table = self.query_one(DataTable)
-        for title, width in (("file", None), ("written", 16), ("size", 8), ("fits", 14)):
+        for title, width in (("file", None), ("fits", 14), ("written", 16), ("size", 8)):
             table.add_column(title, key=title, width=width)
         self.set_focus(table)
         self._open(self._folder)
@@ -138,12 +139,12 @@ class Pick(Working[Path | None]):
         column.auto_width, column.width = False, max(map(len, ("file", *names, *folders)))
         for name, entry in zip(names, files, strict=True):
             fits = entry.fits and not entry.other
-            cells = (age_words(entry.mtime, now), size_words(entry.size), entry.other or "yes" if entry.fits else "no")
+            cells = (entry.other or "yes" if entry.fits else "no", age_words(entry.mtime, now), size_words(entry.size))
             table.add_row(
                 Text(name, "" if fits else "dim"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}"
             )
         for folder in folders:
-            table.add_row(Text(folder), "", "", Text("folder", "dim"), key=f"d:{folder[:-1]}")
+            table.add_row(Text(folder), Text("folder", "dim"), "", "", key=f"d:{folder[:-1]}")
         keys = [str(row.value) for row in table.rows]
         table.move_cursor(row=keys.index(before) if before in keys else 0)
         self._placed = table.cursor_row

@@ -15,6 +15,7 @@ from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
 from accept.pictures.labels import label_of
+from accept.pictures.words import pretty
 from accept.store import Event
 from accept.store.payloads import EntryUndone
 from accept.tui.screens.ask import Question, QuestionLine, required
@@ -296,7 +297,8 @@ class StepScreen(Page):
         for n, (field, line) in enumerate(zip(self._fields, d.lines, strict=True)):
             stored = stored_words(line.place, self.step, d.facts.state, judgement)
             course = self._course(line.place)
-            field.show(line.text, stored, *d.reason(n), takes=d.proposed(n) is not None, course=course)
+            takes = n == d.cursor and d.proposed(n) is not None
+            field.show(line.text, stored, *d.reason(n), takes=takes, course=course)
         self._read_courses()
 
     def _course(self, place: FieldPlace) -> str:
@@ -328,7 +330,7 @@ class StepScreen(Page):
         fields = [Field(line.place) for line in self.dialogue.lines]
         await self.query_one("#fields").mount(*fields)
         self._fields = fields
-        self._show_count()
+        self.call_after_refresh(self._show_count)  # its card has its width then
 
     def show(self) -> None:
         """Show everything above the fields and around them."""
@@ -350,6 +352,7 @@ class StepScreen(Page):
         notes.fit(lambda room: limits_text(self.step, earlier, room) if judgement is None else notes_text(judgement))
         panels = pictures_of(self.session, self.step)
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
+        self.query_one("#side").set_class(self.step.derived and not panels, "nothing")
         self.pictures.show(panels)
         self._show_count()
         self.show_around()
@@ -361,8 +364,11 @@ class StepScreen(Page):
             given, wanted = counted(d.form, d.facts.state)
             optional = f"{len(d.lines) - wanted} optional" if len(d.lines) > wanted else ""
             others = ", ".join(form.name for form in self.step.check.forms if form is not d.form)
-            words = [f"{given} of {wanted}", f"^F: {others}" if others else "", optional]  # the end may be cut
-            entitle(card, "Records" if has_files(d.form) else "Entries", " · ".join(filter(None, words)))
+            title = "Records" if has_files(d.form) else "Entries"
+            words = [*filter(None, (f"{given} of {wanted}", f"^F: {others}" if others else "", optional))]
+            if optional and 0 < card.size.width < len(f"{title}  {' · '.join(words)}"):
+                words.pop()  # each of them says so itself
+            entitle(card, title, " · ".join(words))
 
     def on_input_changed(self) -> None:
         """Show a line that is typed into."""
@@ -421,7 +427,7 @@ class StepScreen(Page):
 
     def help_text(self) -> str:
         bounds = [
-            f"  {label_of(name)}: {limits(x.lower, x.upper, x.unit)}, {x.rule}\n      {name}; {x.source}"
+            f"  {label_of(name)}: {limits(x.lower, x.upper, x.unit)}, {x.rule}\n      {pretty(x.source)} ({name})"
             for name, x in self.step.asked.limits.items()
         ]
         told = f"{self.step.guide.words}\n{setup(self.step).plain}\n\n{self.step.guide.picture}\n"

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
 
 _OPEN = "Enter: open the step"
+_DONE = f"All steps are done. F9: summary and signature. {_OPEN}"
 
 
 class Steps(Scanning):
@@ -67,7 +68,6 @@ class Steps(Scanning):
         Binding("ctrl+r", "put_right", "Repair"),
         Binding("escape", "leave", "Other unit", priority=True),
     ]
-    main_key = "enter"
 
     def __init__(self, bench: Workbench, session: Session, words: str = "") -> None:
         """Make the list. words: what the start has to say, such as a record that could not be taken."""
@@ -75,6 +75,19 @@ class Steps(Scanning):
         self._words = words
         self._judged_here: set[tuple[str, int]] = set()  # steps with their last entry
         self._judging: tuple[tuple[str, int], Computation] | None = None  # one of them, while it is judged by itself
+
+    @property
+    def main_key(self) -> str:
+        """Return the key of what is to be done next."""
+        return "f9" if self._done else "enter"
+
+    @property
+    def _done(self) -> bool:
+        return self.session.judgements.next_step() is None
+
+    @property
+    def _what_now(self) -> str:
+        return _DONE if self._done else _OPEN
 
     def compose(self) -> ComposeResult:
         yield UnitBar(self.session)
@@ -97,7 +110,7 @@ class Steps(Scanning):
         self._show()
         self._stand_at_next()
         self.set_focus(self.query_one(StepList))
-        self.say(self._words or _OPEN, "bad" if self._words else "quiet")
+        self.say(self._words or self._what_now, "bad" if self._words else "quiet")
         self.aside(load_summary, lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
@@ -149,6 +162,7 @@ class Steps(Scanning):
             self.query_one(StepList).show()
             self.query_one(UnitBar).show()
             self._show_card()
+            self.refresh_bindings()
 
     def on_data_table_row_highlighted(self, _: DataTable.RowHighlighted) -> None:
         self._show_card()
@@ -162,6 +176,7 @@ class Steps(Scanning):
         entitle(self.query_one("#todo"), *((GAP_TITLE,) if step is None else head(self.session, step)))
         self.query_one("#words", Hanging).hang(what_to_do(WORDS) if step is None else instructions(step))
         self.query_one("#guide", Hanging).hang(Text("" if step is None else step.guide.picture))
+        self.query_one("#side").set_class(step is None, "nothing")
         entitle(
             self.query_one("#form"),
             "Limits" if step is not None and not self.session.state(step.name).entries else "Result",
@@ -236,6 +251,8 @@ class Steps(Scanning):
                 await self._open(step)
         elif goes_on:
             await self.action_summary()
+        else:
+            self.say(self._what_now)
 
     def _next_of_queue(self) -> WorkflowStep | None:
         """Return the step that the queue asks for next at this unit, None without a queue of several steps."""
@@ -253,7 +270,7 @@ class Steps(Scanning):
 
     def _noted(self, event: Event) -> None:
         self._show()
-        self.say(_OPEN)
+        self.say(self._what_now)
         note_saved(self, event)
 
     def action_undo(self) -> None:
@@ -262,7 +279,7 @@ class Steps(Scanning):
     def _undone(self, event: Event) -> None:
         self._show()
         self.tell(changed_words(event, self.session.undo.words_of(event)))
-        self.say(_OPEN)
+        self.say(self._what_now)
 
     def action_say_where_signed(self) -> None:
         """Say where a unit is signed: F2, which does so there, does nothing here."""
@@ -280,6 +297,7 @@ class Steps(Scanning):
             self.leave(True)
         else:
             self._stand_at_next()
+            self.say(self._what_now)
 
     def check_action(self, action: str, _: tuple[object, ...]) -> bool | None:
         """Leave keys of a training out of the footer elsewhere."""

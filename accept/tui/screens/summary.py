@@ -27,6 +27,7 @@ from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
 from accept.tui.widgets.card import Card
 from accept.tui.widgets.findings import note_line
+from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
@@ -85,7 +86,7 @@ class Summary(Scanning):
         yield UnitBar(self.session, "summary")
         with Horizontal(id="top"):
             yield Banner()
-            yield Static("Evaluating …", id="verdict", markup=False)
+            yield Hanging("Evaluating …", id="verdict")
         with Horizontal(id="whole"):
             with Vertical(id="judged"):
                 with Card(title="Findings", id="found"):
@@ -215,7 +216,7 @@ class Summary(Scanning):
         words = self._what_is_signed().append(f"\n\n{asked.words}", "not bold default") if asked.states else asked.words
         lines = [QuestionLine(line.value, secret=line.is_secret) for line in asked.lines]
         question = Question(asked.title, words, lines, partial(self.signing.problem, asked))
-        question.add_class("beside")  # in the place of the card
+        question.beside(self.query_one("#signed").region.y)
         await self.app.push_screen(question, partial(self.later, dialogue.answered, asked))
 
     def _signed(self, passphrase: str, report: Any) -> None:
@@ -235,7 +236,7 @@ class Summary(Scanning):
     async def draw(self) -> None:
         d = self.dialogue
         if d.failed:
-            self.query_one("#verdict", Static).update("Not evaluated. F8: evaluate again, Esc: back to the steps")
+            self.query_one("#verdict", Hanging).hang(Text("Not evaluated. F8: evaluate again, Esc: back to the steps"))
         self.query_one("#who", Static).update(_sign_words(d))
         self.query_one("#sign").set_class(d.facts.certificate is None and d.facts.result is not None, "todo")
         self.call_after_refresh(self.refresh_bindings)  # PgDn is offered if something is longer than its room
@@ -245,8 +246,12 @@ class Summary(Scanning):
             self._shown = d.facts.result
             self._show_result(d.facts.result)
         self._show_ticks()
-        opens = "\n^E: open it" if d.facts.certificate is not None else ""
-        self.query_one("#certificate", Static).update(d.certificate_words + opens)
+        words, page = d.certificate_words, d.facts.certificate
+        if page is not None:
+            if self.app.size.width >= WIDE_FROM:  # in a narrow card, where its name would be broken
+                words = words.replace(str(page), f"{Path(page).name}\nin {Path(page).parent}")
+            words += "\n^E: open it"
+        self.query_one("#certificate", Static).update(words)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
             self.query_one("#detail", Static).update(_detail(d))
@@ -256,7 +261,7 @@ class Summary(Scanning):
         d, sign = self.dialogue, signs.UNITS[result.word]
         self.query_one(Banner).show(sign.word.partition(",")[0], sign.bold)  # letters have room for one word
         self.query_one("#top").set_classes(sign.tone.name.lower())
-        self.query_one("#verdict", Static).update(_verdict(d, result))
+        self.query_one("#verdict", Hanging).hang(_verdict(d, result))
         passed = sum(f.verdict is Verdict.PASS for f in d.findings)
         self.query_one("#found").border_subtitle = f"{passed} of {len(d.findings)} pass"
         notes = self.query_one("#noted")
@@ -306,7 +311,8 @@ class Summary(Scanning):
     @property
     def main_key(self) -> str:
         """Return the key of what is to be done next."""
-        return "f8" if self.dialogue.failed else "f10" if self.dialogue.facts.certificate is not None else "ctrl+s"
+        signed = self.dialogue.facts.certificate is not None and not self._signs  # and verified
+        return "f8" if self.dialogue.failed else "f10" if signed else "ctrl+s"
 
     def help_text(self) -> str:
         return (
@@ -326,9 +332,9 @@ def _verdict(d: SummaryDialogue, result: UnitRecord) -> Text:
     text.append(f"{'   ' if held and opens else ''}{opens}")
     if not text and d.accepted:
         text.append(f"All {len(d.findings)} quantities pass", "bold")
-    if closest := d.closest:
-        text.append(f"\n{closest}", "dim")
-    return text.append("".join(f"\n → {words}" for words in d.todo), "bold yellow")
+    if (closest := d.closest) and d.accepted:
+        text.append(f"\n{closest}", "not bold")
+    return text.append("".join(f"\n→ {words}" for words in d.todo), "bold yellow")
 
 
 def _detail(d: SummaryDialogue) -> Text:
@@ -359,8 +365,8 @@ def _sign_words(d: SummaryDialogue) -> Text:
     sign = signs.UNITS[facts.result.word]
     text.append("  ").append(f"{facts.serial} {sign.word.upper()}", sign.bold)
     if facts.certificate is None:
-        asked = [*([] if d.accepted else ["why it is signed so, on the certificate"]), "passphrase, once a shift"]
-        text.append("".join(f"\n {n} {words}" for n, words in enumerate(asked, 1)), "not bold default")
+        why = "" if d.accepted else "why (it stands on the certificate), then "
+        text.append(f"\nAsked: {why}your passphrase, once a shift", "not bold default")
         text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
         return text.append("\n\nQA countersigns afterwards: ^T", "dim")
     text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")

@@ -33,7 +33,7 @@ class Banner(Static):
     def show(self, word: str, style: str) -> None:
         self.word = word
         self.display = bool(word)
-        self.update(Text("\n".join(drawn(word)), style, no_wrap=True))
+        self.update(Text(no_wrap=True).append("\n".join(drawn(word)), style))  # a part: colours of the theme
 
     def on_mount(self) -> None:
         self.display = bool(self.word)

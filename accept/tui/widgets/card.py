@@ -9,14 +9,17 @@ from textual.geometry import Region
 from textual.widget import Widget
 from textual.widgets import Static
 
-# Styles of text that is drawn, as those of the theme: a title is styled by the library.
+# Styles of text that is drawn, as those of the theme: a title is styled by the library, and quiet by itself.
 _OF_THEME = {"green": "$success", "red": "$error", "yellow": "$warning", "cyan": "$primary", "magenta": "$secondary"}
 
 
 def entitle(card: Widget, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:
     """Set title and state of a card; the state as words or styled pieces. Nothing in them is a style."""
     pieces = [(state, "not bold")] if isinstance(state, str) else state
-    styled = ((words, " ".join(_OF_THEME.get(part, part) for part in style.split())) for words, style in pieces)
+    styled = (
+        (words, " ".join(_OF_THEME.get(part, part) for part in style.split() if part != "dim"))
+        for words, style in pieces
+    )
     content = Content.assemble(title, "  ", *styled) if state else Content(title)
     if card.border_title != content.markup:
         setattr(card, "_border_title", content)  # noqa: B010 - the library's own setter draws the whole card anew

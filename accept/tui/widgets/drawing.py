@@ -26,7 +26,7 @@ def drawing_text(d: StepDialogue) -> Text:
 def _states(d: StepDialogue) -> Text:
     text = Text()
     for n, line in enumerate(d.lines):
-        mark, style = ("▶", _NOW) if n == d.cursor else (SAVED, "green") if d.has(n) else ("·", "dim")
+        mark, style = ("▶", _NOW) if n == d.cursor else (SAVED, "green") if d.has(n) else ("·", "")
         if len(d.lines) <= _MOST or n == d.cursor:
             text.append(f"{mark} {line.place.name}\n", style)
     text.rstrip()

@@ -59,7 +59,7 @@ class Field(Vertical):
         blank = "\N{NO-BREAK SPACE}" if self.place.is_file else " "  # a long name begins beside its mark
         self.query_one(".stored", Static).update(f"{SAVED}{blank}{stored}" if stored else "")
         self.query_one(".reason", Static).update(pretty(reason))
-        hint = "Enter: take it" if takes else pretty(self.place.hint)
+        hint = "Enter: take it" if takes else "" if kind == "proposed" else pretty(self.place.hint)
         self.input.placeholder = "" if stored else hint  # what is saved takes its room
         self.set_class(bool(stored), "has-stored")
         for one in ("refused", "doubted", "proposed"):

@@ -70,10 +70,11 @@ def findings_text(
     text, told = Text(), set[str]()
     drawn = len(judgement.findings) <= _FEW
     widths = _widths(judgement.findings)
+    bounds = max((len(limits(f.lower, f.upper, f.unit)) for f in judgement.findings), default=0)
     for finding in judgement.findings:
         shown = replace(finding, reason=_ABOVE) if finding.reason in told else finding
         mine = usual.get(finding.quantity)
-        text.append_text(finding_text(shown, mine, room) if drawn else finding_row(shown, *widths, room))
+        text.append_text(finding_text(shown, mine, room, bounds) if drawn else finding_row(shown, *widths, room))
         told.add(finding.reason or "")
         for advised in advice(check, finding):
             line = first if first and advised == ADVICE[Cause.MODEL_MISFIT] else advised
@@ -85,7 +86,7 @@ def findings_text(
         text.append(f"  {label_of(i.quantity):<{name}}  {numbers(i.value, i.U, i.unit)}\n", "dim")
     if judgement.information and not whole:
         count = len(judgement.information)
-        text.append(f"  Ctrl+D: {count} more value{'s' if count > 1 else ''}, without limits\n", "dim")
+        text.append(f"  ^D: {count} more value{'s' if count > 1 else ''}, without limits\n", "dim")
     text.rstrip()
     return text
 
@@ -106,8 +107,9 @@ def _widths(findings: Sequence[Finding]) -> tuple[int, int]:
     return max(names, default=0), max((len(_value(f)) for f in findings), default=0)
 
 
-def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Text:
-    """Return a finding with its bar, and its reason in its own line. usual: its value at other units; room: columns."""
+def finding_text(f: Finding, usual: float | None = None, room: int = ROOM, longest: int = 0) -> Text:
+    """Return a finding with its bar, and its reason in a line of its own. usual: its value at other units; room:
+    columns; longest: of these the limits of any finding beside it take."""
     status, value = of_findings([f]), "" if f.value is None else _value(f)
     colour, head = status.style, f"{status.mark} {label_of(f.quantity)}"
     text = Text.assemble((head, colour))
@@ -116,7 +118,7 @@ def finding_text(f: Finding, usual: float | None = None, room: int = ROOM) -> Te
         text.append("  " if fits else "\n  ").append(value, "bold")
     text.append(f"  {status.word}\n", colour)
     bounds = limits(f.lower, f.upper, f.unit)
-    beside = room - 4 - len(bounds)
+    beside = room - 4 - max(longest, len(bounds))
     width = min(_STRIP, beside) if beside >= _LEAST_STRIP else min(_STRIP, max(_LEAST_STRIP, room - 2))
     drawn = LimitBar(f.lower, f.upper, width, f.value).drawn(colour, f.U, usual)
     text.append("  ").append_text(drawn).append("  " if beside >= _LEAST_STRIP else "\n  ")

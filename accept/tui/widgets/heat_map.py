@@ -78,18 +78,32 @@ def _framed(item: Image, panel: Panel, width: int, height: int, limits: tuple[fl
     text.append(" " * (left - 1) + f"└{'─' * width}┘\n", "dim")
     text.append(" " * left + _x_labels(item, width, panel.x_log) + "\n", "dim")
     upwards = f"up: {pretty(panel.y_label)}" if panel.y_label else ""
-    words = "; ".join(w for w in (pretty(panel.x_label), upwards, scale_words(item, limits)) if w)
-    return text.append(" " * left + words, "dim")
+    words = [w for w in (pretty(panel.x_label), upwards, scale_words(item, limits)) if w]
+    if len("; ".join(words)) > width + 1:
+        words[0] = words[0].rpartition("[")[2].removesuffix("]")
+    before, shades, behind = "; ".join(words).rpartition(SHADES)
+    text.append(" " * left + before, "dim")
+    for n, shade in enumerate(shades):
+        text.append(*_shade(n, coloured) if coloured else (shade, "dim"))
+    return text.append(behind, "dim")
 
 
 def _cell_of(
     row: int, column: int, level: int, region: set[tuple[int, int]], place: tuple[int, int] | None, coloured: bool
 ) -> tuple[str, str]:
     """Return letter and style of a cell; the estimate stands upon its region, and this upon the map."""
-    ground = MAP_STEPS[level * (len(MAP_STEPS) - 1) // (len(SHADES) - 1)]
     if (row, column) == place or (row, column) in region:
-        return PLACE if (row, column) == place else REGION, f"bold {'red on ' + ground if coloured else 'yellow'}"
-    return SHADES[level], f"{ground} on {ground}" if coloured else "bright_blue"
+        ground = f"red on {_ground(level)}" if coloured else "yellow"
+        return PLACE if (row, column) == place else REGION, f"bold {ground}"
+    return _shade(level, coloured)
+
+
+def _shade(level: int, coloured: bool) -> tuple[str, str]:
+    return SHADES[level], f"{_ground(level)} on {_ground(level)}" if coloured else "bright_blue"
+
+
+def _ground(level: int) -> str:
+    return MAP_STEPS[level * (len(MAP_STEPS) - 1) // (len(SHADES) - 1)]
 
 
 def scale_words(item: Image, limits: tuple[float, float]) -> str:

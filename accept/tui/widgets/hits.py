@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 HIT, WAIT, ENOUGH = "H I T   N O W", "W A I T ,  it decays", "E N O U G H"
 _GOOD, _BAD, _OPEN = ("✓", "green"), ("✗", "bold red"), ("○", "dim")
 _COHERENCE_BAR = 20  # columns
+_BARS, _HIGH_FROM = 6, 32  # rows of the force of each hit, and of a terminal that has room for them
 
 
 class Hits(Horizontal):
@@ -45,9 +46,9 @@ class Hits(Horizontal):
         struck, cue = self.query_one("#struck"), cue_of(so_far)
         struck.border_title, struck.border_subtitle = f"{place}: hits", "● recording"
         shown = self.query_one("#cue", Static)
-        shown.update(Text(f"\n{cue}\n", "bold"))
+        shown.update(Text(cue, "bold"))
         shown.set_class(cue == HIT, "now")
-        self.query_one("#marks", Static).update(hits_text(so_far))
+        self.query_one("#marks", Static).update(hits_text(so_far, _BARS if self.app.size.height >= _HIGH_FROM else 1))
         panel, view = response_panel(so_far), self.query_one(PanelView)
         view.display = panel is not None
         if panel is not None:
@@ -61,8 +62,9 @@ def cue_of(so_far: "HitsSoFar") -> str:
     return HIT if so_far.more else ENOUGH
 
 
-def hits_text(so_far: "HitsSoFar") -> Text:
-    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence."""
+def hits_text(so_far: "HitsSoFar", rows: int = 1) -> Text:
+    """Return a mark and a bar of its force for each hit, what is still needed, the last hit, and the coherence if
+    it is known. rows: of the highest bar."""
     hits, forces = so_far.hits, np.array([hit.force_N for hit in so_far.hits])
     signs = [*(_GOOD if hit.good else _BAD for hit in hits), *[_OPEN] * so_far.more]
     text = Text("\n")
@@ -70,11 +72,13 @@ def hits_text(so_far: "HitsSoFar") -> Text:
         text.append(f"{mark} ", style)
     more = f"{so_far.more} to go" if so_far.more else "enough"
     text.append(f"  {so_far.good} good, {more}\n", "bold")
-    for hit, force in zip(hits, forces, strict=True):
-        text.append(f"{block(force, 0.0, forces.max())} ", (_GOOD if hit.good else _BAD)[1])
     if not hits:
         return text
-    text.append(f"  force, {forces.min():.3g} to {forces.max():.3g} N\n", "dim")
+    for row in reversed(range(rows)):
+        for hit, share in zip(hits, rows * forces / forces.max() - row, strict=True):
+            bar = block(min(share, 1.0), 0.0, 1.0) if share > 0.0 else " "
+            text.append(f"{bar} ", (_GOOD if hit.good else _BAD)[1])
+        text.append("" if row else f"  force, {forces.min():.3g} to {forces.max():.3g} N", "dim").append("\n")
     last = hits[-1]
     mark, style = _GOOD if last.good else _BAD
     told = "single hit" if last.good else f"{last.fault} ({last.detail})" if last.detail else str(last.fault)

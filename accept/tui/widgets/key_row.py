@@ -60,6 +60,7 @@ class KeyRow(Static):
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, self.show)
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._draw())
         self.call_after_refresh(self.show, self.screen)
 
     def on_resize(self) -> None:
@@ -84,12 +85,14 @@ class KeyRow(Static):
     def _draw(self) -> None:
         self.placed = placed(self.keys, self.size.width or self.app.size.width - self.gutter.width)
         key, chip = self._role("footer-key-foreground"), self._role("block-cursor-background")
-        on_chip = self._role("block-cursor-foreground")
+        of_chip = Style(color=self._role("block-cursor-foreground"), bgcolor=chip, bold=True)
+        if self.app.has_class("-few-colours"):
+            of_chip = Style(reverse=True, bold=True)
         text = Text(no_wrap=True)
         for shown in self.placed:
             text.append(" " * (shown.column - text.cell_len))
             if shown.is_main:
-                text.append(shown.words, Style(color=on_chip, bgcolor=chip, bold=True))
+                text.append(shown.words, of_chip)
             else:
                 text.append(shown.cap, Style(color=key, bold=True, dim=not shown.enabled))
                 text.append(f" {shown.label}", Style(dim=not shown.enabled))

@@ -113,7 +113,7 @@ def numbers(value: float | None, U: float | None, unit: str) -> str:
     """Return `value ± U unit` with as many digits as U carries."""
     of = after_number(unit)
     if value is None:
-        return f"no value{of}"
+        return "no value"
     if U is None:
         return f"{value:.4g}{of}, U unknown"
     return f"{with_U(value, U) if U > 0 else f'{rounded(value, U)} ± 0'}{of}"

@@ -195,7 +195,10 @@ def _colour(value: Measured | None, limit: Limit | None) -> str:
 
 
 def _fault_line(value: Measured | None, fault: str, room: int) -> Text:
-    """Return the last fault in one row; whole it stands at the foot and below its field."""
+    """Return the last fault in one row, without its line if that leaves no room for what it is; whole it stands at the
+    foot and below its field."""
+    if len(fault) + len("✗ before: ") > room:
+        fault = fault.partition(": ")[2] or fault
     text = Text(f"✗ {fault}", "bold red") if value is None else Text(f"✗ before: {fault}", "dim")
     text.truncate(room, overflow="ellipsis")
     return text if fault else Text(" ")

@@ -37,7 +37,10 @@ def plan(item: Heights, width: int = 56, height: int = 11) -> Raster:
         raster.write(row, column, f"{n + 1:>{each - 2}} ", _NEXT if n == due else "bold")
         raster.write(row, column + each - 1, bar, style)
         raster.write(row + 1, column, words[n].rjust(each), style)
-    raster.write(raster.height - 1, 0, f"{pretty(item.label)}  {_scale_words(item.z)}".strip(), _QUIET)
+    label, scale = pretty(item.label), _scale_words(item.z)
+    if len(label) + 2 + len(scale) > width:
+        label = label.rpartition("[")[2].removesuffix("]")  # its unit
+    raster.write(raster.height - 1, 0, f"{label}  {scale}".strip(), _QUIET)
     return raster
 
 

@@ -107,7 +107,7 @@ def _axes(panel: Panel, raster: Raster) -> Axes:
 
 
 def _most(cells: int, each: int) -> int:
-    return max(2, cells // each)
+    return max(3, cells // each)
 
 
 def _frame(axes: Axes, panel: Panel) -> None:
@@ -233,14 +233,18 @@ def _straight(axes: Axes, at: float, axis: str, colour: str, label: str) -> None
 def _write_labels(axes: Axes, unit: str) -> None:
     """Write the words of each curve beside it, where nothing else is and no other curve is as near; those for which
     there is no such place in the row above the axes, beside its unit, or wherever there is room."""
-    raster, end = axes.raster, axes.raster.width
+    raster, above = axes.raster, []
     for n, (own, words, style) in enumerate(axes.labels):
         others = [curve for m, (curve, *_) in enumerate(axes.labels) if m != n]
         place = _beside(axes, own, others, len(words) + 2)
-        if place is None and end - len(words) > len(unit):
-            place = 0, end - len(words) - 1
-            end -= len(words) + 2
-        place = place or _beside(axes, None, (), len(words) + 2)
+        if place is not None:
+            raster.write(place[0], place[1] + 1, words, style)
+        else:
+            above.append((words, style))
+    column = raster.width
+    for words, style in reversed(above):  # the first one stands first
+        column -= len(words) + 2
+        place = (0, column) if column >= len(unit) else _beside(axes, None, (), len(words) + 2)
         if place is not None:
             raster.write(place[0], place[1] + 1, words, style)
 
@@ -340,5 +344,8 @@ class PanelView(PanelPlot):
         self._titled = titled
 
     def _draw(self) -> None:
-        self.border_title = pretty(self._panel.title).replace("[", r"\[") if self._titled else None
+        title = pretty(self._panel.title)
+        if len(title) > self.size.width - 2:  # what it means stands on the whole screen
+            title = title.partition(" (")[0]
+        self.border_title = title.replace("[", r"\[") if self._titled else None
         super()._draw()

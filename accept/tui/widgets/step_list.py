@@ -84,8 +84,10 @@ class StepList(DataTable[Text]):
     def _put(self, row: str, status: Status, title: str, more: Sequence[str], held: bool = False) -> None:
         """Fill a row. more: what was found, the longest first; held: a nonconformance was noted there."""
         marked = Status.HELD if held and status in UNFINISHED else status
-        self._set(row, "mark", Text(marked.mark, marked.style))
-        plain, room = "dim" if status is Status.NOT_DONE else "", self._room()
+        # With few colours the cursor turns them round: quiet words would be grey on grey.
+        quiet, room = "" if self.app.has_class("-few-colours") else "dim", self._room()
+        plain = quiet if status is Status.NOT_DONE else ""
+        self._set(row, "mark", Text(marked.mark, plain or marked.style.replace("dim", "")))
         text = Text(title, HELD if held else plain)
         fits = next((words for words in more if len(title) + 1 + len(words) <= room), "")
         text.append(fits.rjust(room - len(title)), "" if status is Status.PASS else status.style)

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from checks.arrays import Array, Complex
+from checks.arrays import Array, Complex, between_zeros
 from checks.model.dynamics.complex_modes import Sections, eigen
 from checks.model.dynamics.far_modes import is_far, product, sum_sections
 from checks.model.dynamics.real_modes import real_modes
@@ -76,7 +76,8 @@ def _change(
 ) -> Change:
     """Return the change of a system from that of its matrices; beside: numbers of coordinates before and behind."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
-    return Change(M, C, K, np.pad(force, beside), np.pad(_slope(above.outputs, below.outputs, h), ((0, 0), beside)))
+    outputs = _slope(above.outputs, below.outputs, h)
+    return Change(M, C, K, between_zeros(force, *beside), between_zeros(outputs, *beside))
 
 
 def _slope(above: Array, below: Array, h: float) -> Array:

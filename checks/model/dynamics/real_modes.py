@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from scipy import linalg
 
-from checks.arrays import Array
+from checks.arrays import Array, between_zeros
 from checks.errors import ModelError, NotHeld
 from checks.model.dynamics.complex_modes import Modal, modal
 from checks.model.structure.matrix_builder import System
@@ -49,7 +49,7 @@ def real_modal(system: System) -> Modal:
     i = np.arange(n)
     W[i, i], W[i, n + i], W[n + i, i] = -2.0 * z / w, -1.0 / w, 1.0 / w
     g = np.concatenate([-force, np.zeros(n)])
-    return Modal(mu, residues, np.ones(n, dtype=bool), system.channels, W, g, np.pad(outputs, ((0, 0), (0, n))))
+    return Modal(mu, residues, np.ones(n, dtype=bool), system.channels, W, g, between_zeros(outputs, 0, n))
 
 
 def with_modal_damping(system: System) -> System:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from checks.arrays import Array
+from checks.arrays import Array, between_zeros
 from checks.model.structure.apa import ApaBody
 from checks.model.structure.attached import Attached, attach
 from checks.model.structure.fastened import CLAMP, RIGID, Bench, Encoder, Joint
@@ -123,7 +123,7 @@ def assemble(apa: ApaBody, damping_ratio: float, fastened: FastenedParts) -> Sys
     M[inner, inner] += apa.M
     C[inner, inner] += apa.C + damping_ratio * apa.C_ratio
     K[inner, inner] += apa.K
-    drive = np.pad(ACTUATOR, (0, hung))
+    drive = between_zeros(ACTUATOR, 0, hung)
     force, outputs, channels = drive @ motions, fastened.outputs @ motions, fastened.channels
     if not len(fastened.ties):
         parts: Parts | None = None

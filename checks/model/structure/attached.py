@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.arrays import Array, Complex
+from checks.arrays import Array, Complex, between_zeros
 from checks.errors import ModelError
 from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
@@ -114,7 +114,7 @@ def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: in
         if e.hung is not None:
             mass, f_Hz, ratio = e.hung
             own, w = np.eye(first + 1)[first], 2.0 * np.pi * f_Hz
-            away = own - np.pad(row, (0, own.size - row.size))
+            away = own - between_zeros(row, 0, own.size - row.size)
             b.spring(away[None], np.array([mass * w * w]), np.array([2.0 * ratio * w * mass]))
             b.along(own[None], mass)
             first += 1

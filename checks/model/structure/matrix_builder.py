@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from checks.arrays import Array
+from checks.arrays import Array, between_zeros
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Builder:
 
     def wide(self, rows: Array) -> Array:
         """Return rows (..., n) over all coordinates, with zeros for the last ones, which they lack."""
-        return np.pad(rows, ((0, 0), (0, self._size - rows.shape[1])))
+        return between_zeros(rows, 0, self._size - rows.shape[1])
 
     def mass(self, place: Array, m: float, inertia: Array | float = 0.0) -> None:
         """Add a rigid body at its centre of mass: m [kg], inertia (3,) [kg m2] about x y z."""

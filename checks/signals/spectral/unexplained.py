@@ -1,7 +1,8 @@
 """Part of a record that the drive does not explain, block by block of the spectrum and in time.
 
 In each block of neighbouring bins Y = G U + T with polynomials G and T of the frequency, as in the local polynomial
-method ([PS12] 7.2), but blocks do not overlap: a projection instead of a fit about every bin."""
+method ([PS12] 7.2), but blocks do not overlap: a projection instead of a fit about every bin. The transient is the same
+for all blocks: a block is told by its parts across all polynomials T, and the drive explains some of these."""
 
 from dataclasses import dataclass
 
@@ -9,17 +10,19 @@ import numpy as np
 import scipy.fft
 
 from checks.arrays import Array, Complex
-from checks.signals.spectral.transform import transform
+from checks.signals.spectral.transform import fast_length, transform
 
 BINS, ORDER = 24, 3  # of the spectrum at once, and of the polynomials for response and transient
 LEAST_BLOCKS = 20  # of a record that is long enough
 SHARE = BINS / (BINS - 2 * (ORDER + 1))  # of the power of a bin over its remainder after the projection
+_POWERS = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
+_ACROSS = np.linalg.qr(_POWERS, mode="complete")[0][:, ORDER + 1 :]  # (BINS, BINS - ORDER - 1), orthonormal
 
 
 @dataclass(frozen=True, eq=False)
 class DrivePart:
-    """Part of a record that its drive explains. n: number of used samples, a length that transforms fast; Q (B, BINS, 2
-    (ORDER + 1)): orthonormal basis of that part in each of B blocks."""
+    """Part of a record that its drive explains. n: number of used samples, a length that transforms fast; Q (B, BINS -
+    ORDER - 1, ORDER + 1): orthonormal basis of that part across all transients, in each of B blocks."""
 
     n: int
     Q: Complex
@@ -27,21 +30,22 @@ class DrivePart:
     @classmethod
     def of(cls, drive: Array) -> "DrivePart | None":
         """Return the part that a drive (N,) explains; None if the record is too short."""
-        n = scipy.fft.prev_fast_len(drive.size, real=True)
-        U = blocks(beginning(drive, n))
+        n = fast_length(drive)
+        U = blocks(drive, n)
         if len(U) < LEAST_BLOCKS:
             return None
-        powers = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
-        explaining = np.concatenate([U[..., None] * powers, np.broadcast_to(powers, (*U.shape, ORDER + 1))], axis=2)
-        return cls(n, np.linalg.qr(explaining)[0])
+        driven = _across((U[:, None] * _POWERS.T).reshape(-1, BINS)).reshape(len(U), ORDER + 1, -1)
+        return cls(n, np.linalg.qr(driven.transpose(0, 2, 1))[0])
 
     def off(self, X: Complex) -> Complex:
         """Return blocks X (B, BINS) without the part that the drive explains."""
-        return X - (self.Q @ (np.conj(self.Q.transpose(0, 2, 1)) @ X[..., None]))[..., 0]
+        rest = _across(X)
+        rest -= (self.Q @ (np.conj(self.Q.transpose(0, 2, 1)) @ rest[..., None]))[..., 0]
+        return np.asarray(rest.real @ _ACROSS.T + 1j * (rest.imag @ _ACROSS.T))
 
     def left(self, y: Array) -> Complex:
         """Return the blocks (B, BINS) of a channel (N,) without the part that the drive explains."""
-        return self.off(blocks(beginning(y, self.n)))
+        return self.off(blocks(y, self.n))
 
     def in_time(self, E: Complex) -> Array:
         """Return blocks (B, BINS) as a series (n,)."""
@@ -50,14 +54,15 @@ class DrivePart:
         return np.asarray(scipy.fft.irfft(spectrum, self.n))
 
 
-def beginning(x: Array, n: int) -> Array:
-    """Return the first samples of x, x itself if these are all."""
-    return x if x.size == n else x[:n]
+def _across(X: Complex) -> Complex:
+    """Return the parts (B, BINS - ORDER - 1) of blocks X (B, BINS) across all polynomials."""
+    return np.asarray(X.real @ _ACROSS + 1j * (X.imag @ _ACROSS))
 
 
-def blocks(x: Array) -> Complex:
-    """Return the transform of x (N,) as blocks (B, BINS), from the first bin above 0 Hz on."""
-    X = transform(x)[1:]
+def blocks(x: Array, n: int | None = None) -> Complex:
+    """Return the transform of x (N,), or of its first n samples, as blocks (B, BINS), from the first bin above 0 Hz
+    on."""
+    X = transform(x, n)[1:]
     whole = X.size // BINS * BINS
     return np.asarray(X[:whole].reshape(-1, BINS))
 

@@ -122,7 +122,7 @@ def test_killed_at_every_write(bench: Path, undisturbed: tuple[bytes, int, float
 def test_killed_at_random_moments(bench: Path, undisturbed: tuple[bytes, int, float], tmp_path: Path) -> None:
     expected, _, took = undisturbed
     dice = random.Random(3)
-    for attempt in range(200 if SOAK else 4):
+    for attempt in range(200 if SOAK else 2):
         folder = tmp_path / str(attempt)
         process = start(bench, folder, None)
         time.sleep(dice.uniform(0, took))

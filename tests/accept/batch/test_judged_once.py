@@ -13,7 +13,7 @@ from accept.batch.judge_batch import BatchRequest, run
 from accept.certificate.page import document
 from accept.certificate.trust import keys
 from accept.judging import load_spec
-from accept.store import open_store
+from accept.store import fold, open_store
 from tests.accept.batch.test_copies import UNIT, accept, unit, verdicts
 from tests.accept.batch.test_parts import BAD, STRUT
 from tests.accept.units.units import LOOPS, make_unit
@@ -86,3 +86,22 @@ def test_a_doubted_part(known_before: bool, tmp_path: Path, done: Counter[tuple[
     assert verdicts(out)["A-S"] == "conditional"
     assert (done["judged", "A-S"], done["searched", "A-S"]) == (1, 1)
     assert done["drawn", "A-S"] == (1 if known_before else 2)
+
+
+def test_another_version_of_the_program_judges_once_more(
+    tmp_path: Path, done: Counter[tuple[str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = tmp_path / "loops.toml"
+    spec.write_text(LOOPS)
+    unit(tmp_path / "units" / "A-1", "A-1", 1)
+    attempts = []
+    for code in (None, None, "f" * 64, "f" * 64):
+        if code is not None:
+            monkeypatch.setattr("accept.batch.pipeline.code_sha256", lambda code=code: code)
+        accept("batch", tmp_path / "units", "--spec", spec, "--out", tmp_path / "out", "--workers", 1)
+        with open_store() as store:
+            state = fold(store.events("A-1"))
+        assert state is not None
+        attempts.append((state.attempts, done["judged", "A-1"]))
+    assert attempts == [(1, 1), (1, 1), (2, 2), (2, 2)]  # no reason is asked for: the result is the same
+    assert verdicts(tmp_path / "out") == {"A-1": "accepted"}

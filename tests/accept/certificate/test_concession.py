@@ -23,7 +23,7 @@ from accept.judging import load_spec
 from accept.judging.reservations.nonconformance import decide, standing
 from accept.judging.reservations.parts import part_doubts
 from accept.store import open_store
-from accept.store.decisions import Signer
+from accept.store.decisions import Signer, in_notes
 from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
 from tests.accept.units.units import GOOD, make_unit
@@ -360,3 +360,24 @@ def test_what_an_earlier_program_stored_is_read_as_it_was(reported: Path) -> Non
 
     assert Reservations.stated(entry).apply(was.result).findings == findings
     assert "changes its verdict" in accept("rejudge", "--spec", "apa-basic").output
+
+
+@pytest.mark.parametrize("mark", ["NONCONFORMANCE: ", "NONCONFORMANCE:", "Nonconformance : ", " non-conformance: "])
+def test_a_nonconformance_is_one_as_people_write_it(mark: str) -> None:
+    """Who edits unit.toml by hand leaves the space out, or the capitals; a cracked part is held all the same."""
+    assert in_notes({"stroke": [f"{mark}frame cracked", "no nonconformance: looked at twice"]}) == [
+        "stroke: frame cracked"
+    ]
+
+
+@pytest.mark.parametrize("also_changed", [False, True])
+def test_a_decision_is_the_reason_of_the_certificate_that_it_amends(reported: Path, also_changed: bool) -> None:
+    """But not of another value."""
+    dispose("use-as-is")
+    without_the_note(reported)
+    if also_changed:
+        change(reported, "stroke_um = 373.2", "stroke_um = 371.2")
+    pdf, done = report(reported)
+    assert done.exit_code == 0, done.output
+    why = "no reason was given" if also_changed else "quality assurance has decided about what held it"
+    assert f"replaces certificate A/1: {why}" in page_of(pdf)

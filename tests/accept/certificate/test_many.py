@@ -119,20 +119,27 @@ def test_a_folder_without_certificates_is_a_wrong_order(tmp_path: Path) -> None:
 # --- everything that an auditor needs, in one folder ------------------------------------------------------------------
 
 
-@pytest.fixture
-def package(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The evidence of A, whose certificate was amended, and of B; read in a home that has neither keys nor store."""
-    assert accept("countersign", place / "A.pdf", place / "B.pdf").exit_code == 0
-    unit = place.parent / "units" / "A" / "unit.toml"
+def pack(place: Path) -> None:
+    """The evidence of A, whose certificate was amended, and of B."""
+    sign_three(place)
+    signed, unit = place / "signed", place / "units" / "A" / "unit.toml"
+    accept("countersign", signed / "A.pdf", signed / "B.pdf", code=0)
     unit.write_text(unit.read_text().replace("5.10", "5.11"))
-    done = accept("report", unit.parent, "--out", place / "A.pdf", *SIGNED[1:], "--reason", "a digit was exchanged")
-    assert done.exit_code == 0, done.output
-    assert accept("countersign", place / "A.pdf").exit_code == 0
-    out = tmp_path / "evidence"
-    done = accept("evidence", out, "--units", "A", "--units", "B")
-    assert done.exit_code == 0, done.output
+    accept("report", unit.parent, "--out", signed / "A.pdf", *SIGNED[1:], "--reason", "a digit was exchanged", code=0)
+    accept("countersign", signed / "A.pdf", code=0)
+    accept("evidence", place / "evidence", "--units", "A", "--units", "B", code=0)
+
+
+packed = kept(pack, ACCEPT_QA_PASSPHRASE="battery staple")
+
+
+@pytest.fixture
+def package(packed: KeptFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Read in a home that has neither keys nor store."""
+    monkeypatch.setenv("COLUMNS", "200")
+    made = packed.put_back(monkeypatch) / "evidence"
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "auditor"))
-    return out
+    return made
 
 
 def test_a_package_is_checked_by_one_command_with_what_lies_in_it(package: Path) -> None:

@@ -11,7 +11,7 @@ from accept.gap.text import data_words
 from accept.models.model_file import open_model
 from checks.gap import Inputs, Result, run
 from checks.misalignment import MisalignmentEstimate, estimate_misalignment
-from tests.checks.gap.shared.gap_cases import inputs
+from tests.checks.gap.shared.gap_cases import fewer, inputs
 from tests.checks.misalignment.misaligned import table_of
 from tests.checks.model.units_model import DATA, NOMINAL, needs_data
 
@@ -32,7 +32,7 @@ def compared(found: Result, off: MisalignmentEstimate) -> list[tuple[float, floa
 def test_on_the_same_data_they_agree() -> None:
     """Both are the fit's standard uncertainty, times 2 and times 1.96; the rest are priors on the drive, which the
     estimate has none of."""
-    case = inputs(6, HIDDEN)
+    case = fewer(inputs(6, HIDDEN))
     case = replace(case, A=case.A.select(("de", "da")).band(10, 1000), B=case.B.select(("de", "da")).band(10, 1000))
     off, found = estimated(case), run(case, lambda _: None)
     assert data_words(found.fit) == data_words(off.fit)

@@ -12,24 +12,24 @@ import tempfile
 from pathlib import Path
 
 from textual.pilot import Pilot
-from textual.widgets import DataTable
+from textual.widgets import DataTable, Static
 
 sys.path.insert(0, str(Path(__file__).parents[3]))
 from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
 from accept.simulate import UnitRequest, simulate
+from accept.tui.screens.ask import Question
 from accept.tui.screens.start import Given
 from accept.workflow.open_bench import open_bench
 from accept.workflow.training import open_training
-from tests.accept.tui.tui_help import fill_basic, press, running, shown, type_line, words
+from tests.accept.tui.shown.cell_picture import save
+from tests.accept.tui.tui_help import fill_basic, press, running, type_line, words
 
 SIZE = (120, 36)
-_FOREIGN = re.compile(r"@font-face\s*\{[^}]*\}")  # no page should load from another host what every browser has
 
 
 def keep(pilot: Pilot[None], path: Path) -> None:
-    picture = _FOREIGN.sub("", pilot.app.export_screenshot(title="accept run")).replace("Fira Code", "monospace")
-    write_atomic(path, picture.encode())
+    save(pilot.app, path)
     print(path)
 
 
@@ -47,22 +47,28 @@ async def open_row(pilot: Pilot[None], key: str) -> None:
     await press(pilot, "enter")
 
 
+async def read(pilot: Pilot[None]) -> None:
+    """Until the instrument is read, without a fault, which it has beside other work."""
+    while not re.search(r"F3 Take  -?\d[^✗]*$", words(pilot, "#gauge")):
+        await asyncio.sleep(0.05)
+
+
 async def measuring(out: Path) -> None:
     """An instrument's live value, one value taken."""
     bench = open_training("apa", 1)
     async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
         await to_steps(pilot)
         await open_row(pilot, "flatness")
-        await shown(pilot, "#gauge", " µm")
-        keep(pilot, out / "workflow-step.svg")
+        await read(pilot)
+        keep(pilot, out / "workflow-step.png")
         await press(pilot, "f12")
-        keep(pilot, out / "workflow-step-light.svg")
+        keep(pilot, out / "workflow-step-light.png")
         await press(pilot, "f12")
         await press(pilot, "escape")
         await open_row(pilot, "capacitance")
         await press(pilot, "f3", "up")
-        await shown(pilot, "#gauge", "outside")
-        keep(pilot, out / "workflow-live.svg")
+        await read(pilot)
+        keep(pilot, out / "workflow-live.png")
     bench.close()
 
 
@@ -73,7 +79,7 @@ async def tray(out: Path) -> None:
         await to_steps(pilot, "APA-11")
         await fill_basic(pilot)
         await press(pilot, "f9")
-        keep(pilot, out / "workflow-result.svg")
+        keep(pilot, out / "workflow-result.png")
         await press(pilot, "escape", "escape", "f6")
         for serial in ("APA-12", "APA-13", "APA-14"):
             await type_line(pilot, serial)
@@ -87,7 +93,7 @@ async def tray(out: Path) -> None:
         await press(pilot, "y")  # it replaces what is selected
         await press(pilot, "enter", "enter", "enter")
         await press(pilot, "escape", "escape")
-        keep(pilot, out / "workflow-units.svg")
+        keep(pilot, out / "workflow-units.png")
     bench.close()
 
 
@@ -105,28 +111,61 @@ async def explaining(out: Path, folder: Path) -> None:
         await to_steps(pilot)
         await open_row(pilot, "frf")
         await press(pilot, "f7")
-        keep(pilot, out / "workflow-responses.svg")
+        keep(pilot, out / "workflow-responses.png")
         await press(pilot, "escape", "escape")
         await open_row(pilot, "misalignment")
-        keep(pilot, out / "workflow-misalignment.svg")
+        keep(pilot, out / "workflow-misalignment.png")
         await press(pilot, "escape")
         await open_row(pilot, "gap")
         print(words(pilot, "#answer"))
         await press(pilot, "f7")
-        keep(pilot, out / "workflow-gap.svg")
+        keep(pilot, out / "workflow-gap.png")
         await press(pilot, "escape", "escape")
-        keep(pilot, out / "workflow-steps.svg")
+        keep(pilot, out / "workflow-steps.png")
+    bench.close()
+
+
+BENCH = """
+name = "bench"
+stage = "{0}"
+[recorders.recorder]
+driver = "simulated"
+measures = ["spurious_modes"]
+model = "simulated recorder"
+serial = "SIM-DAQ"
+settings = {{ kind = "apa", seed = 3, stage = "{0}", bouncing = [2], pace = 0.3 }}
+[recorders.recorder.channels]
+Track1 = {{ physical = "Track1", unit = "N" }}
+Track2 = {{ physical = "Track2", unit = "rad" }}
+"""
+
+
+async def hitting(out: Path, folder: Path) -> None:
+    """A hammer test while it is recorded."""
+    folder.mkdir()
+    (folder / "bench.toml").write_text(BENCH.format(folder / "stage.json"))
+    bench = open_bench("apa", bench_file=folder / "bench.toml")
+    async with running(lambda: bench, SIZE, Given("Ann")) as pilot:
+        await to_steps(pilot, "APA-11")
+        await open_row(pilot, "spurious_modes")
+        await pilot.press("f3")
+        while not any("6 good" in str(marks.render()) for marks in pilot.app.screen.query("#marks").results(Static)):
+            if isinstance(pilot.app.screen, Question):
+                await pilot.press("enter")
+            await asyncio.sleep(0.05)
+        keep(pilot, out / "workflow-hits.png")
+        await pilot.press("escape")
     bench.close()
 
 
 def main() -> None:
     out, wanted = Path(sys.argv[1]), sys.argv[2:]
-    for scene in (measuring, tray, explaining):
+    for scene in (measuring, tray, explaining, hitting):
         if wanted and scene.__name__ not in wanted:
             continue
         with tempfile.TemporaryDirectory() as home:
-            os.environ["ACCEPT_HOME"] = home
-            more = (Path(home) / "records",) if scene is explaining else ()
+            os.environ |= {"ACCEPT_HOME": home, "COLORTERM": "truecolor"}
+            more = (Path(home) / "records",) if scene in (explaining, hitting) else ()
             asyncio.run(scene(out, *more))
 
 

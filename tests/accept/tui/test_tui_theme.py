@@ -1,17 +1,21 @@
 """Both palettes can be read: contrast as WCAG 2 defines it, 4.5 for text; F12 changes from one to the other."""
 
+import re
+
 import pytest
 from rich.color import Color, ColorSystem
 from rich.console import Console
 from rich.segment import Segment
 from rich.style import Style
 from textual.color import Color as TextualColor
+from textual.pilot import Pilot
 from textual.widgets import Input
 
 from accept.tui import theme
 from accept.tui.screens.start import Given
+from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.step_list import StepList
-from tests.accept.tui.tui_help import loader, press, running
+from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, settled
 
 RED, GREEN, YELLOW, BRIGHT = 1, 2, 3, 8  # numbers among the 16 colours; what is added to them for the bright ones
 TEXT = 4.5  # WCAG 2.2, 1.4.3
@@ -45,12 +49,57 @@ def test_every_colour_of_text_can_be_read_on_every_ground(one):
     assert not poor
 
 
+@pytest.mark.parametrize(("drawn", "ground"), [(theme.ANSI_DARK_16, (0, 0, 0)), (theme.ANSI_LIGHT_16, (255, 255, 255))])
+def test_axes_are_seen_in_16_colours(drawn, ground):
+    """Red before: they were black on black."""
+    assert contrast(tuple(drawn.ansi_colors[BRIGHT]), ground) >= TEXT
+
+
 async def test_f12_changes_light_and_dark(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ACCEPT_THEME", "light")
     async with running(loader(), given=Given("Ann")) as pilot:
         assert pilot.app.theme == theme.LIGHT
+        assert key_colours(pilot) == {theme.ANSI_LIGHT.ansi_colors[YELLOW]}
         await press(pilot, "f12")
         assert pilot.app.theme == theme.DARK
+        assert key_colours(pilot) == {theme.ANSI_DARK.ansi_colors[YELLOW]}  # red before: they were drawn once
+
+
+def key_colours(pilot: Pilot[None]) -> set[tuple[int, int, int]]:
+    """Return the colours in which the row of keys has its keys."""
+    parts = pilot.app.screen.query_one(KeyRow).render_line(0)
+    return {part.style.color.get_truecolor() for part in parts if part.text.strip() in ("F6", "Esc", "F1", "^P")}
+
+
+async def test_no_text_of_a_judged_step_is_too_faint(monkeypatch: pytest.MonkeyPatch):
+    """Red before: the instrument under the instruction (2.9 on light), the number in a title (2.8), in a failed
+    result the limits of what had passed, and what is still to be connected."""
+    monkeypatch.setenv("COLORTERM", "truecolor")
+    async with running(loader("apa-basic"), (120, 36)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot, more=5.0)
+        for name in (theme.DARK, theme.LIGHT):
+            pilot.app.theme = name
+            for step in ("capacitance", "stroke"):
+                await pilot.app.go_to_step(step)
+                await settled(pilot)
+                assert not faint(pilot), (name, step)
+
+
+def faint(pilot: Pilot[None]) -> set[tuple[str, float]]:
+    """Return the words whose contrast is below what WCAG asks for, but for gauges, which are drawn, and hints of empty
+    lines."""
+    found, default = set(), rgb(pilot.app.current_theme.foreground)
+    for strip in pilot.app.screen._compositor.render_strips():
+        for part in strip:
+            style = part.style
+            if style is None or style.color is None or not re.search(r"\w{2}", part.text):
+                continue
+            ink = default if style.color.is_default else tuple(style.color.get_truecolor())
+            ground = tuple(style.bgcolor.get_truecolor())
+            if (seen := contrast(ink, ground)) < TEXT:
+                found.add((part.text.strip(), round(seen, 1)))
+    return found
 
 
 def test_a_cell_without_a_style_has_no_colour_either():
@@ -82,8 +131,18 @@ def test_frames_and_chips_are_seen_in_16_colours(one):
     def number(colour: str) -> int:
         return Color.parse(colour).downgrade(ColorSystem.STANDARD).number
 
-    for part in (shown.panel, shown.variables["block-cursor-background"]):
+    for part in (shown.panel, shown.variables["frame"]):
         assert number(part) not in {number(shown.background), number(shown.foreground)}
+    turned = {number(shown.variables[f"block-cursor-{of}"]) for of in ("background", "foreground")}
+    assert turned in ({0, 15}, {0, 7})  # black with white or grey: ink and ground are turned round
+
+
+async def test_the_chip_is_turned_round_in_16_colours(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("COLORTERM", "")
+    monkeypatch.setenv("TERM", "xterm-16color")
+    async with running(loader(), given=Given("Ann")) as pilot:
+        row = pilot.app.screen.query_one(KeyRow)
+        assert [part.style.reverse for part in row.render_line(0) if part.text.strip() == "Enter Open"] == [True]
 
 
 async def test_lines_and_the_row_under_the_cursor_are_seen_without_colour(monkeypatch: pytest.MonkeyPatch):

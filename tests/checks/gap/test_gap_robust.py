@@ -11,7 +11,7 @@ from checks.fitting import Dataset
 from checks.gap.decision.result import Result
 from checks.gap.workflow import GapRefused, Inputs, run
 from checks.model import Model
-from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, inputs, recorded
+from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, fewer, inputs, recorded
 from tests.checks.gap.shared.gap_units import make_strut
 
 
@@ -53,14 +53,14 @@ class TestAliases:
 
     def test_a_short_delay_is_an_amplifier_far_above_the_band(self) -> None:
         """Of first order or of second: far below its corner each is a delay."""
-        result = run(inputs(5, {"loop_delay": {"tau_us": 12.0}}), quiet)
+        result = run(fewer(inputs(5, {"loop_delay": {"tau_us": 12.0}})), quiet)
         assert result.verdict == "ambiguous"
         assert set(result.ambiguous[0].effects) == {"loop_delay", "amplifier_bandwidth", "amplifier_second_order"}
         assert "dummy" in result.ambiguous[0].experiment
 
     def test_and_what_data_tell_is_named(self) -> None:
         """The strut's own stiffness is known, so its payload is no alias of anything."""
-        result = run(inputs(5, {"payload_mass": {"kg": 0.8}}), quiet)
+        result = run(fewer(inputs(5, {"payload_mass": {"kg": 0.8}})), quiet)
         assert [n.effect for n in result.named] == ["payload_mass"]
         agreed = all(gap.G <= 1.0 for gap in result.gap_before.channels.values())
         why = [note for note in result.notes if note.startswith("without what is named the model agrees as well")]
@@ -69,7 +69,7 @@ class TestAliases:
 
 def test_missing_channels() -> None:
     """Misalignment shows in de alone: without it nothing is named, a mode of the bench least of all."""
-    case = inputs(6, {"misalignment": {"dx_um": 0.0, "dy_um": 200.0}})
+    case = fewer(inputs(6, {"misalignment": {"dx_um": 0.0, "dy_um": 200.0}}))
     blind = replace(case, A=case.A.select(("Vs", "da")), B=case.B.select(("Vs", "da")))
     assert not run(blind, quiet).named
 
@@ -90,7 +90,7 @@ def noisier(data: Dataset, times: float, seed: int) -> Dataset:
 
 def test_little_coherence_names_nothing() -> None:
     """Noise three hundred times as large: an effect that was plain is gone, and no other comes out of the noise."""
-    case = inputs(5, {"crosstalk": {"V_per_V": 0.02}})
+    case = fewer(inputs(5, {"crosstalk": {"V_per_V": 0.02}}))
     poor = replace(case, A=noisier(case.A, 300.0, 1), B=noisier(case.B, 300.0, 2))
     result = run(poor, quiet)
     assert {n.effect for n in result.named} <= {"crosstalk"}

@@ -21,7 +21,7 @@ from checks.gap.preparation import record_faults
 from checks.gap.preparation.inputs import possible_faults, with_fault
 from checks.gap.search.explanation import Explanation
 from checks.gap.workflow import GapRefused, run
-from tests.checks.gap.shared.gap_cases import inputs, recorded, strut
+from tests.checks.gap.shared.gap_cases import fewer, inputs, recorded, strut
 
 DE = 1
 
@@ -55,7 +55,7 @@ FAULTS: dict[str, tuple[Callable[[Dataset], Dataset], list[str]]] = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_told_and_no_channel_gets_worse(fault: str) -> None:
     spoil, names = FAULTS[fault]
-    case = inputs(4)
+    case = fewer(inputs(4))
     result = run(replace(case, A=spoil(case.A), B=spoil(case.B)), lambda words: None)
     assert [n.effect for n in result.named] == names
     assert result.verdict == ("explained" if names else "unexplained")

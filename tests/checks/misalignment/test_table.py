@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from accept.cli.main import app
 from accept.models.lookup_cache import Plan, TableError, build, open_table, read_table, table_for, write_table
 from accept.models.model_file import open_model
+from checks.acceptance.misalignment import _coarse_table
 from checks.errors import ModelError
 from checks.fitting.dataset import simulated
 from checks.misalignment.estimate import estimate_misalignment
@@ -40,6 +41,11 @@ def table(strut: Model) -> MisalignmentTable:
 def own_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "home"))
     return tmp_path / "home"
+
+
+def test_units_that_are_judged_by_one_model_share_its_coarse_table(strut: Model) -> None:
+    assert _coarse_table(strut) is _coarse_table(strut)
+    assert _coarse_table(strut) is not _coarse_table(replace(strut, name="another"))
 
 
 def plain(strut: Model, dx: float, dy: float):

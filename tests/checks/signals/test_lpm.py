@@ -12,6 +12,7 @@ from checks.signals.spectral import transform
 from checks.signals.spectral.frf import h1
 from checks.signals.spectral.local_polynomials import BATCH_BINS
 from checks.signals.spectral.lpm import lpm, lpm_record
+from checks.signals.spectral.unexplained import BINS, LEAST_BLOCKS, ORDER, DrivePart, blocks
 from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK
 
@@ -292,7 +293,7 @@ def test_a_transform_is_that_of_numpy_and_kept_with_a_fixed_array(n: int) -> Non
     x = np.random.default_rng(n).standard_normal(n) + 3.0
     once = transform.transform(x)
     np.testing.assert_allclose(once, np.fft.rfft(x - x.mean()), rtol=0, atol=1e-12 * n)  # rounding of n sums
-    assert id(x) not in transform._KEPT
+    assert id(x) not in {channel for channel, _ in transform._KEPT}
     x[0] += 1.0
     assert not np.array_equal(transform.transform(x), once)
     x.flags.writeable = False
@@ -300,6 +301,28 @@ def test_a_transform_is_that_of_numpy_and_kept_with_a_fixed_array(n: int) -> Non
     assert transform.transform(x) is kept
     with pytest.raises(ValueError, match="read-only"):
         kept[0] = 0.0
+    np.testing.assert_array_equal(transform.transform(x, n - 2), transform.transform(x[: n - 2].copy()))
     known = id(x)
     del x
-    assert known not in transform._KEPT
+    assert known not in {channel for channel, _ in transform._KEPT}
+
+
+@pytest.mark.parametrize("drive", ["noise", "sweep", "step"])
+def test_the_part_that_the_drive_explains_is_that_of_least_squares(drive: str) -> None:
+    n, rng = 2 * BINS * LEAST_BLOCKS + 2, np.random.default_rng(5)
+    at = np.arange(n) / n
+    u = {"noise": rng.standard_normal(n), "sweep": np.sin(300.0 * at + 900.0 * at**2), "step": 1.0 * (at > 0.5)}[drive]
+    part = DrivePart.of(u)
+    assert part is not None
+    U = blocks(u, part.n)
+    X = rng.standard_normal((*U.shape, 2)) @ [1.0, 1j]
+    powers = np.vander(np.linspace(-1.0, 1.0, BINS), ORDER + 1)
+    for one, block, rest in zip(U, X, part.off(X), strict=True):
+        columns = np.concatenate([one[:, None] * powers, powers], axis=1)
+        Q, R = np.linalg.qr(columns / np.linalg.norm(columns, axis=0))
+        wanted = block - Q @ (Q.conj().T @ block)
+        size = np.linalg.norm(block)
+        assert np.abs(powers.T @ rest).max() < 1e-13 * BINS * size  # rounding of a sum
+        assert np.linalg.norm(rest) <= size
+        # Rounding turns the columns' span by its size times their condition.
+        np.testing.assert_allclose(rest, wanted, rtol=0, atol=min(1e-14 * np.linalg.cond(R), 1.0) * size)

@@ -204,13 +204,15 @@ def _counted(findings: "Sequence[Finding]") -> str:
 def finding_line(finding: "Finding", name: int, width: int) -> Text:
     """Return one finding with its value inside its limits, as far as there is room. name: columns of its label."""
     sign = _sign(str(finding.verdict))
-    value = numbers(finding.value, finding.U, finding.unit)
-    text = Text.assemble((f"{sign.mark} ", sign.tone.style), f"{label_of(finding.quantity)[:name]:<{name}}")
+    done = finding.cause is None or finding.cause.cause.name != "NOT_MEASURED"  # its module comes with the physics
+    mark, style = (sign.mark, sign.tone.style) if done else ("·", "dim")
+    value = numbers(finding.value, finding.U, finding.unit) if done else "not done"
+    text = Text.assemble((f"{mark} ", style), f"{label_of(finding.quantity)[:name]:<{name}}")
     text.append(f"{value[:_VALUE]:>{_VALUE}}", "bold")
     room = min(width - text.cell_len - 3, _BAR + max(width - 100, 0) // 2)
     if room >= 10 and (finding.lower, finding.upper) != (None, None):
         bar = LimitBar(finding.lower, finding.upper, room, finding.value)
-        text.append("   ").append_text(bar.drawn(sign.tone.style, finding.U))
+        text.append("   ").append_text(bar.drawn(style, finding.U))
     return text
 
 

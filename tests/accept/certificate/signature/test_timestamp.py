@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate import SigningRefused, Validity
-from accept.certificate.signature import long_term, signing
+from accept.certificate.signature import long_term, signing, timestamp
 from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import sign
 from accept.certificate.signature.timestamp import stamper
@@ -22,7 +22,7 @@ from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
 from accept.cli.main import app
 from tests.accept.certificate.certificate_help import WHEN
-from tests.accept.certificate.signature.time_authority import Authority, made_authority, responder
+from tests.accept.certificate.signature.time_authority import WRONG, Authority, made_authority, responder
 from tests.accept.certificate.verify.verify_help import LATER, Bench, hole_of, refused, with_cms
 from tests.accept.units.units import make_unit
 
@@ -257,3 +257,16 @@ def test_what_is_kept_is_covered_by_the_signature(bench: Bench, listed: tuple[st
     later = io.BytesIO(pdf)
     DocumentSecurityStore.add_dss(later, None, crls=[crl.CertificateList.load(authority.crl(now))])
     refused(bench.check(later.getvalue(), stamping=[authority.root], now=now), "revisions")
+
+
+@pytest.mark.parametrize("how", WRONG)
+def test_an_answer_that_would_not_verify_signs_nothing(
+    bench: Bench, tsa: Authority, how: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is signed with it would never verify, or the parser's error would end a batch; one that never ends would
+    hold the bench up for ever, or fill its memory."""
+    if how == "a byte at a time":
+        monkeypatch.setattr(timestamp, "TIMEOUT_S", 1.0)  # its answer takes five seconds
+    with responder([tsa], how) as url, pytest.raises(SigningRefused, match=WRONG[how]) as e:
+        sign(bench.unsigned, bench.technician, WHEN, stamping=stamper(url))
+    assert "nothing was signed" in str(e.value)

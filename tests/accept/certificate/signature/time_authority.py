@@ -2,8 +2,9 @@
 and its list of revoked certificates, or one answer about its certificate (OCSP)."""
 
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -97,10 +98,23 @@ def made_authority(name: str, list_at: str | None = None, ocsp_at: str | None = 
     return Authority(root, root_key, _certified(name, key, root.subject, root_key, list_at, ocsp_at), key)
 
 
+WRONG = {  # how an answer is wrong -> what is said of it
+    "of another signature": "of another signature",
+    "years ahead": "here it is",
+    "with another number than asked": "no timestamp",
+    "no encoding at all": "no timestamp",
+    "empty": "no timestamp",
+    "a refusal": "no timestamp",
+    "a page": "it answered 404",
+    "without end": "more than",
+    "a byte at a time": "no answer within",
+}
+
+
 @contextmanager
-def responder(asked: list[Authority]) -> Iterator[str]:
+def responder(asked: list[Authority], wrong: str = "") -> Iterator[str]:
     """Answers for the authority in `asked`, at the URL that it gives: timestamps by POST, the list at URL + "crl",
-    whether its certificate is good at URL + "ocsp"."""
+    whether its certificate is good at URL + "ocsp". wrong: one of `WRONG`, for its timestamps."""
 
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
@@ -108,8 +122,28 @@ def responder(asked: list[Authority]) -> Iterator[str]:
             if self.path == "/ocsp":
                 self.answer("application/ocsp-response", asked[0].ocsp(datetime.now(UTC) - timedelta(minutes=1)))
                 return
-            request = tsp.TimeStampReq.load(content)
-            self.answer("application/timestamp-reply", asked[0].at().request_tsa_response(request).dump())
+            request, when = tsp.TimeStampReq.load(content), None
+            if wrong == "of another signature":
+                request["message_imprint"]["hashed_message"] = bytes(32)
+            elif wrong == "with another number than asked":
+                request["nonce"] = 12345
+            elif wrong == "years ahead":
+                when = datetime.now(UTC) + timedelta(days=400)
+            refusal = bytes.fromhex("30053003020102")  # a status and no token
+            other = {"no encoding at all": b"\x30\x82\xff\xff", "empty": b"", "a refusal": refusal}
+            good = asked[0].at(when).request_tsa_response(request).dump()
+            pieces, pause = [other.get(wrong, good)], 0.0
+            if wrong == "without end":
+                pieces = [bytes(100_000)] * 100
+            elif wrong == "a byte at a time":
+                pieces, pause = [bytes([each]) for each in good[:10]], 0.5
+            self.send_response(404 if wrong == "a page" else 200)
+            self.send_header("Content-Type", "text/html" if wrong == "a page" else "application/timestamp-reply")
+            self.end_headers()
+            with suppress(OSError):  # nobody listens any more
+                for piece in pieces:
+                    self.wfile.write(piece)
+                    time.sleep(pause)
 
         def do_GET(self) -> None:
             self.answer("application/pkix-crl", asked[0].crl(datetime.now(UTC) - timedelta(minutes=1)))

@@ -34,6 +34,7 @@ from tests.accept.certificate.verify.test_statements import (
     verified,
 )
 from tests.accept.certificate.verify.verify_help import verify
+from tests.shared.kept_folder import KeptFolder, kept
 from tests.soak import SOAK
 
 LABORATORY = """name = "Acceptance laboratory"
@@ -51,22 +52,25 @@ ABSENT = ("crl", "authority", "before", "laboratory", "number", "reason")  # a b
 EVERY = 1 if SOAK else 10  # of the mutants
 
 
-@pytest.fixture
-def contents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CertificateContent:
+def certify_twice(place: Path) -> None:
     """A second attempt at a bench with every statement that a provenance can have."""
-    monkeypatch.setenv("ACCEPT_CA_PASSPHRASE", "authority phrase")
-    monkeypatch.setenv("ACCEPT_QA_PASSPHRASE", "battery staple")
     keys.init(home(), PHRASE, "Test Technician", "Grace", "battery staple", authority_passphrase="authority phrase")
     assert accept("keys", "request", "--role", "technician", "--name", "Eve").exit_code == 0
     assert accept("keys", "issue", keys.folder(home()) / "technician-eve.request.pem").exit_code == 0
     assert accept("keys", "revoke", "Eve", "--reason", "left").exit_code == 0
     (home() / "laboratory.toml").write_text(LABORATORY)
-    spec = own_spec(tmp_path / "mine.toml")
+    spec = own_spec(place / "mine.toml")
     assert accept("spec", "approve", spec).exit_code == 0
-    certified(tmp_path, "B-1", spec=str(spec), stroke=181.7)
-    second = certified(tmp_path, "B-1", spec=str(spec), stroke=366.1)
-    assert plainly(verified(second))
-    whole = read_contents(second.read_bytes())
+    certified(place, "B-1", spec=str(spec), stroke=181.7)
+    assert plainly(verified(certified(place, "B-1", spec=str(spec), stroke=366.1)))
+
+
+twice_certified = kept(certify_twice, ACCEPT_CA_PASSPHRASE="authority phrase", ACCEPT_QA_PASSPHRASE="battery staple")
+
+
+@pytest.fixture
+def contents(twice_certified: KeptFolder, monkeypatch: pytest.MonkeyPatch) -> CertificateContent:
+    whole = read_contents((twice_certified.put_back(monkeypatch) / "B-1.pdf").read_bytes())
     absent = {"head", "bench", "signature", "crl", "authority", "before", "laboratory", "number", "replaces"}
     assert absent <= whole.provenance.keys()
     return whole

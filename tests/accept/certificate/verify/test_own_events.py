@@ -24,9 +24,12 @@ from accept.certificate.trust import authority, commissioning, keys, revocation
 from accept.certificate.trust.commissioned import claim_of, is_proven
 from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
+from accept.certificate.verify import against_store
+from accept.commands.trust import approve_spec
 from accept.fleet.golden_check import check
 from accept.judging.reservations import parts_below
 from accept.store import START, open_store
+from accept.store import store as reading
 from accept.store.opening import DATABASE
 from accept.store.payloads import (
     KINDS,
@@ -129,7 +132,8 @@ def keys_of_days_ago(days: int) -> None:
         keys.init(home(), PHRASE, "Test Technician", "Grace", "battery staple", authority_passphrase="authority phrase")
 
 
-def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Path) -> None:
+def set_back(tmp_path: Path) -> Path:
+    """A certificate by a clock that was set back by 30 days, to before a calibration ran out."""
     today = datetime.now(UTC)
     keys_of_days_ago(60)
     (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", f"{today - timedelta(days=20):%Y-%m-%d}"))
@@ -139,6 +143,11 @@ def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Pat
         m.setattr(services, "bench_statement", lambda file, checks, _, *more: own(file, checks, back.date(), *more))
         bench = ("--bench", tmp_path / "bench.toml")
         accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, *bench)
+    return pdf
+
+
+def test_a_clock_that_was_set_back_to_before_a_calibration_ran_out(tmp_path: Path) -> None:
+    pdf, back = set_back(tmp_path), datetime.now(UTC) - timedelta(days=30)
     doubted(verified(pdf), f"the clock was set back: event 4 (unit_judged B-1) is dated {back:%Y-%m-%d}")
 
 
@@ -165,8 +174,29 @@ def test_a_clock_that_was_ahead_once_is_no_doubt(tmp_path: Path, monkeypatch: py
     pdf, bench = tmp_path / "A-1.pdf", ("--bench", tmp_path / "bench.toml")
     accept("report", unit(tmp_path / "A-1"), "--spec", "apa-basic", "--out", pdf, *bench)
     assert plainly(verified(pdf))
-    monkeypatch.setattr(Store, "latest_time", lambda store, seq: next(iter(store.events())).time if seq > 1 else "")
+    monkeypatch.setattr(Store, "latest_times", lambda store, seq: [next(iter(store.events())).time][: seq - 1])
     assert plainly(verified(pdf))
+
+
+def test_a_clock_that_is_still_set_back_when_it_is_verified(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the same bench, where quality assurance would countersign; and with the list that it publishes."""
+    pdf, now = set_back(tmp_path), datetime.now(UTC) - timedelta(days=29)
+    clock = type("Clock", (datetime,), {"now": classmethod(lambda *_: now)})
+    with monkeypatch.context() as m:
+        for module in (reading, against_store):
+            m.setattr(module, "datetime", clock)
+        done = verified(pdf)
+    words = f"the clock is or was wrong: event 4 (unit_judged B-1) is dated {now - timedelta(days=1):%Y-%m-%d}"
+    assert f"B-1 accepted; {words}" in done.stdout, done.output
+    listed, away = tmp_path / "list.json", tmp_path / "away"
+    assert accept("store", "publish", listed).exit_code == 0
+    away.mkdir()
+    for name in ("ca.pem", "ca.crl.pem"):
+        shutil.copy(home() / "keys" / name, away)
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "none"))
+    doubted(
+        verified(pdf, "--trust", away / "ca.pem", "--log", listed), "the clock was set back: its judgement is dated"
+    )
 
 
 def test_a_view_is_no_table_of_a_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -720,6 +750,35 @@ def test_a_newer_approval_that_was_deleted(tmp_path: Path) -> None:
     (home() / "approved-specs" / f"{hashlib.sha256(new.read_bytes()).hexdigest()}.json").unlink()
     done = verified(certified(tmp_path, "A-1", stroke=150.5, spec=str(old)))
     assert "a newer version of its spec was approved on " in done.stdout
+
+
+@pytest.mark.parametrize("wrong", ["ahead at the older one", "set back at the newer one"])
+def test_approvals_count_in_the_order_of_their_events(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wrong: str
+) -> None:
+    """Not by the bench's clock, which a technician can set while quality assurance approves: an older version with
+    wider limits is no revision of the newer one, and the first line names that."""
+    now = datetime.now(UTC)
+    old, new = loose(tmp_path / "mine.toml"), tmp_path / "new" / "mine.toml"
+    new.parent.mkdir()
+    new.write_text(old.read_text().replace("lower = 1.0", "lower = 300.0"))
+    keys_of_days_ago(60)
+    approved_on(old, now + timedelta(days=30) if wrong.startswith("ahead") else now - timedelta(days=1))
+    approved_on(new, now - timedelta(days=20 if wrong.startswith("set") else 0))
+    certified(tmp_path, "A-1", stroke=150.5, spec=str(new))
+    pdf = tmp_path / "again.pdf"
+    accept("report", tmp_path / "A-1", "--spec", old, "--out", pdf, "--reason", "the older one")
+    assert "B-1 held" in (done := verified(pdf)).stdout, done.output
+    done = verified(certified(tmp_path, "A-2", serial="B-2", stroke=151.5, sensor=4.95, spec=str(old)))
+    assert "B-2 accepted; a newer version of its spec was approved on " in done.stdout, done.output
+    words = "before its spec was approved"
+    assert (words in done.stdout, done.exit_code) == ((True, 4) if wrong.startswith("ahead") else (False, 0))
+
+
+def approved_on(spec: Path, day: datetime) -> None:
+    with pytest.MonkeyPatch.context() as m:
+        m.setattr(approve_spec, "datetime", type("Clock", (datetime,), {"now": classmethod(lambda *_: day)}))
+        assert accept("spec", "approve", spec).exit_code == 0
 
 
 def test_a_laboratory_that_was_put_away(tmp_path: Path) -> None:

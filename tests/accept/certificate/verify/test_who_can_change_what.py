@@ -25,13 +25,21 @@ from accept.certificate.verify.against_store import check_store
 from accept.store import StoreHead
 from accept.store.seal import _said, own_key
 from accept.units.unit_folder import UNIT_FILE
-from tests.accept.certificate.verify.test_forged_provenance import PHRASE, checked, contents, named, other, told
+from tests.accept.certificate.verify.test_forged_provenance import (
+    PHRASE,
+    checked,
+    contents,
+    named,
+    other,
+    told,
+    twice_certified,
+)
 from tests.accept.certificate.verify.test_statements import page_with
 from tests.soak import SOAK
 
-__all__ = ["contents"]
+__all__ = ["contents", "twice_certified"]
 BEFORE_SIGNING = ("as typed", "first line", "store", "named", "program")
-EVERY = 1 if SOAK else 4
+EVERY = 1 if SOAK else 6
 
 STATED: dict[str, Any] = {  # what a forger states where the unit's own certificate states nothing
     "information": [

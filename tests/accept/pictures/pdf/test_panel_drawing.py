@@ -12,16 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.pictures.pdf.fonts import register
+from accept.pictures.pdf.fonts import BOLD, MONO, REGULAR, register
 from accept.pictures.pdf.panels import BOTTOM, LEFT, RIGHT, TOP, draw_panel
 from accept.pictures.scale import Scale, scales
 from checks.picture import Heights, Image, Line, Panel, Text
 from tests.accept.pictures.test_pictures import EVERYTHING, MAPS
+from tests.soak import SOAK
 
 X, Y, WIDTH, HEIGHT = 40.0, 500.0, 180.0, 160.0
 
@@ -108,6 +111,7 @@ def test_every_axis_can_be_read(lo: float, span: float, log: bool, degrees: bool
 @given(
     st.lists(st.sampled_from([0.0, -1.0, 1e-300, 1e300, math.nan, math.inf, -math.inf, 3.0]), min_size=1, max_size=5)
 )
+@settings(max_examples=100 if SOAK else 30)
 def test_no_value_stops_the_drawing(values: list[float]) -> None:
     """Not one, none finite, none positive on a logarithmic axis, or of every size at once."""
     array = np.array(values)
@@ -123,3 +127,13 @@ def test_no_value_stops_the_drawing(values: list[float]) -> None:
             (Heights(array, array, array, "z"), Image(np.arange(2.0), array[:1], array[:1, None] * np.ones(2))),
         )
     )
+
+
+@pytest.mark.parametrize("font", [REGULAR, BOLD, MONO])
+@pytest.mark.parametrize("text", ["", "Bending in x", "µm ≤ 10 Ω", "\u4e2d no glyph", "long " * 40, b"bytes \xc2\xb5"])
+def test_a_kept_width_is_that_of_reportlab(font: str, text: str | bytes) -> None:
+    register()
+    face = pdfmetrics.getFont(font)
+    wanted = TTFont.stringWidth(face, text, 7.5)
+    assert [face.stringWidth(text, 7.5), face.stringWidth(text, 7.5)] == [wanted, wanted]
+    assert face.stringWidth(text, 15.0) == TTFont.stringWidth(face, text, 15.0)

@@ -2,12 +2,14 @@
 
 import pytest
 from textual.app import App
+from textual.color import Color
 from textual.widgets import DataTable
 
+from accept.tui import theme
 from accept.tui.screens import summary
 from accept.tui.widgets.banner import _LETTERS, Banner, drawn
 from checks.verdict import UnitVerdict
-from tests.accept.tui.tui_help import at_rest, begin, press, running, settled, shown, until
+from tests.accept.tui.tui_help import at_rest, begin, fill_values, press, running, settled, shown, until
 
 WORDS = [*map(str, UnitVerdict), "held"]
 
@@ -44,3 +46,19 @@ async def test_the_result_is_large_and_can_be_heard(monkeypatch: pytest.MonkeyPa
         assert sum("INCOMPLETE" in row.upper() for row in rows) == 0  # once, in its letters
         pilot.app.screen.query_one(DataTable).clear()  # judged anew: it is empty for a moment
         await at_rest(pilot)
+
+
+@pytest.mark.parametrize("name", [theme.DARK, theme.LIGHT])
+async def test_letters_have_the_colours_of_the_theme(name: str, monkeypatch: pytest.MonkeyPatch):
+    """Red before: they were the plain red and green of style sheets, hardly seen on their ground."""
+    monkeypatch.setenv("COLORTERM", "truecolor")
+    async with running() as pilot:
+        pilot.app.theme = name
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        banner = pilot.app.screen.query_one(Banner)
+        assert banner.word == "accepted"
+        shown = pilot.app.screen._compositor.render_strips()[banner.region.y]
+        colours = {part.style.color.get_truecolor() for part in shown if "▀" in part.text}
+        assert colours == {Color.parse(pilot.app.current_theme.success).rgb}

@@ -14,11 +14,13 @@ from accept.tui.screens.plots import Plots
 from accept.tui.screens.start import Given
 from accept.tui.screens.summary import aligned
 from accept.tui.widgets.hanging import Hung
+from accept.tui.widgets.heat_map import map_text
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import alike
-from accept.tui.widgets.plan import height_words
+from accept.tui.widgets.plan import height_words, plan
+from accept.tui.widgets.plot import draw
 from accept.tui.widgets.step_list import StepList
-from checks.picture import Line, Panel
+from checks.picture import Heights, Image, Line, Panel
 from tests.accept.tui.shown.test_tui_layout import HAMMER, hammer_record, seen, to_hammer
 from tests.accept.tui.tui_help import (
     begin,
@@ -27,6 +29,7 @@ from tests.accept.tui.tui_help import (
     loader,
     press,
     running,
+    settled,
     sign_first,
     title,
     type_line,
@@ -184,3 +187,78 @@ async def test_the_line_with_the_cursor_stays_in_sight_on_a_small_terminal() -> 
             await focused_again(pilot, pilot.app.focused)
             body = pilot.app.screen.query_one("#body").region
             assert body.contains_region(pilot.app.focused.region), text
+
+
+async def test_a_list_that_is_done_says_so() -> None:
+    """Red before: with 4 of 4 steps the main action was still to open a step."""
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        assert (words(pilot, "#status"), pilot.app.screen.main_key) == ("Enter: open the step", "enter")
+        await fill_values(pilot)
+        await press(pilot, "enter", "escape")
+        assert words(pilot, "#status").startswith("All steps are done. F9: summary and signature")
+        assert pilot.app.screen.query_one(KeyRow).placed[0].cap == "F9"
+
+
+async def test_a_key_in_the_line_at_the_foot_can_be_clicked() -> None:
+    """Red before: `^S: sign this result` could not."""
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        await pilot.click("#status", offset=(6, 0))
+        await settled(pilot)
+        assert isinstance(pilot.app.screen, Question)
+        await press(pilot, "escape")
+        await pilot.click("#status", offset=(60, 0))  # behind the words
+        await settled(pilot)
+        assert not isinstance(pilot.app.screen, Question)
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        before = pilot.app.screen
+        await pilot.click("#status", offset=(3, 0))  # `Type the value`, which is no key
+        await settled(pilot)
+        assert pilot.app.screen is before
+
+
+def test_words_above_a_plot_stand_in_the_order_of_their_curves() -> None:
+    """Red before: 0.2 V, 0.1 V, 0.05 V."""
+    x = np.linspace(-1.0, 1.0, 50)
+    items = tuple(Line(x, x, f"{n} V") for n in (1, 2, 3))  # upon each other: no place is nearer to one
+    above = draw(Panel("loops", "V", "um", items), 60, 12).text().plain.split("\n")[0]
+    assert above.split() == ["µm", "━", "1", "V", "━", "2", "V", "━", "3", "V"]
+
+
+def test_the_scale_of_a_plan_is_whole() -> None:
+    """Red before: `▁ -4.8  █` in 46 columns."""
+    z = np.array([-4.8, 0.1, 4.8, -0.5])
+    item = Heights(np.array([-1.0, -2.0, 1.0, 2.0]), np.zeros(4), z, "height above the fitted plane [um]")
+    assert plan(item, 46, 12).text().plain.split("\n")[-1].split() == ["µm", "▁", "-4.8", "█", "+4.8"]
+    assert "fitted plane [µm]" in plan(item, 60, 12).text().plain
+
+
+def test_the_scale_of_a_map_is_whole_and_has_its_colours() -> None:
+    """Red before: `log10 of G 0 [` in a narrow card, and shades in grey beside cells of colour."""
+    x = np.linspace(5.0, 685.0, 40)
+    item = Image(x, np.arange(2.0), np.outer([0.0, 4.0], np.ones(40)), "log10 of G")
+    panel = Panel("G", "frequency [Hz]", "", (item,), y_names=("Vs before", "de before"))
+    text = map_text(item, panel, 27, 4, coloured=True)
+    last = text.plain.split("\n")[-1]
+    assert last.split(maxsplit=1)[1] == "log10 of G 0 [ ·░▒▓█] 4"
+    assert max(map(len, text.plain.split("\n"))) <= 40
+    first = len(text.plain) - len(last) + last.index("█")
+    assert any(span.start <= first < span.end and " on #" in str(span.style) for span in text.spans)
+
+
+async def test_what_was_not_measured_is_called_so_on_the_first_screen() -> None:
+    """Red before: `? no value µm`, as if a record had shown nothing."""
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "enter", "f8")
+        await type_line(pilot, "dust")
+        await press(pilot, "escape", "f9", "escape", "escape")
+        card = next(row for row in seen(pilot) if "Flatness, half" in row)
+        assert "· Flatness" in card
+        assert "not done" in card

@@ -32,7 +32,7 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
 
 async def test_the_verdict_has_its_room_beside_the_bar_of_scrolling() -> None:
     """Red before: `conditional` lost its last letters where the rows are more than the table's."""
-    async with running(loader("apa")) as pilot:
+    async with running(loader("apa"), (80, 22)) as pilot:
         await begin(pilot)
         await fill_values(pilot)
         await press(pilot, "f9")

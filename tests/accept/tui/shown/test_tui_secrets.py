@@ -62,19 +62,19 @@ async def summary(pilot: Pilot[None]) -> None:
 
 
 @pytest.mark.parametrize("place", [list_of_steps, complete_unit, complete_step, summary])
-@pytest.mark.parametrize("typed", [PASSPHRASE, SLIP])
-async def test_letters_that_nothing_expects_are_counted_and_not_shown(place: Place, typed: str) -> None:
+async def test_letters_that_nothing_expects_are_counted_and_not_shown(place: Place) -> None:
     async with running() as pilot:
         await place(pilot)
         where = pilot.app.screen
-        await press(pilot, *typed)
-        assert f"{len(typed)} letters" in words(pilot, "#status")
-        assert typed[:4] not in seen(pilot)
-        await press(pilot, "enter")
-        assert pilot.app.screen is where
-        assert typed[:4] not in seen(pilot)
-        assert (NOT_TAKEN in words(pilot, "#status")) == (typed == PASSPHRASE)
-    assert typed[:4].encode() not in stored()
+        for typed in (SLIP, PASSPHRASE):
+            await press(pilot, *typed)
+            assert f"{len(typed)} letters" in words(pilot, "#status")
+            assert typed[:4] not in seen(pilot)
+            await press(pilot, "enter")
+            assert pilot.app.screen is where
+            assert typed[:4] not in seen(pilot)
+            assert (NOT_TAKEN in words(pilot, "#status")) == (typed == PASSPHRASE)
+    assert PASSPHRASE[:4].encode() not in stored()
 
 
 async def number(pilot: Pilot[None]) -> None:

@@ -6,8 +6,10 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
+_NUMBERS = count()  # of the terminals of this process
 TIMEOUT_S = 300.0  # for one answer on a crowded machine: a certificate takes 3 s on a free one
 ACCEPT = [sys.executable, "-m", "accept"]
 FILES = {
@@ -23,7 +25,8 @@ class Terminal:
     """A program in tmux, seen as a person sees it."""
 
     def __init__(self, socket: Path, command: list[str], home: Path, size: tuple[int, int] = (80, 24)) -> None:
-        self._tmux = ["tmux", "-S", str(socket), "-f", "/dev/null"]
+        # A server of its own: one that was told to end may still take the next session with it.
+        self._tmux = ["tmux", "-S", f"{socket}-{next(_NUMBERS)}", "-f", "/dev/null"]
         set_home = ["-e", f"ACCEPT_HOME={home}", "-e", "LANG=C.UTF-8"]
         shell = ["sh", "-c", '"$@"; echo exit code $?; read wait', "sh"]  # which stays to say how the program ended
         width, height = map(str, size)

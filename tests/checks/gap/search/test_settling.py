@@ -4,7 +4,6 @@ too, and after it the class is smaller, holds the truth, and names nothing that 
 import os
 import re
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +19,8 @@ from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import element
 from checks.gap.workflow import run
 from checks.model import Model
-from tests.checks.gap.search.test_elements import BELLOWS, exact, hiding, parts, truth
-from tests.checks.gap.shared.gap_cases import CHANNELS, F, recorded
+from tests.checks.gap.search.test_elements import BELLOWS, exact, found, hiding, parts, truth
+from tests.checks.gap.shared.gap_cases import CHANNELS, F, fewer, recorded
 from validation.model_files import write_model
 from validation.sets import Set
 from validation.shell import PUBLIC
@@ -37,11 +36,6 @@ def trial(model: Model, kind: str, value: float | None, seed: int) -> ConditionT
     return ConditionTrial(kind, EXPERIMENT_KINDS[kind], value, *(recorded(changed, seed + k) for k in (0, 1)))
 
 
-@cache
-def first(at_top: bool = False) -> Result:
-    return run(hiding(PULLED if at_top else BELLOWS), lambda _: None)
-
-
 def asked(result: Result) -> tuple[str, float | None]:
     found = ENTRY.search(result.elements[0].experiment)
     assert found is not None, result.elements[0].experiment
@@ -49,13 +43,15 @@ def asked(result: Result) -> tuple[str, float | None]:
 
 
 def second(elements: dict[str, float], *given: ConditionTrial) -> Result:
-    return run(replace(hiding(elements), trials=given), lambda _: None)
+    return run(fewer(replace(hiding(elements), trials=given)), lambda _: None)
 
 
 @pytest.mark.parametrize(("hidden", "at_top"), [(BELLOWS, False), (PULLED, True)])
-def test_the_experiment_that_is_asked_for_leaves_the_right_place(hidden: dict[str, float], at_top: bool) -> None:
+def test_the_experiment_that_is_asked_for_leaves_the_right_place(
+    hidden: dict[str, float], at_top: bool, of_bellows: Result
+) -> None:
     """Red while the proposal knew no elements: "removed, one part after the other", without an entry."""
-    before = first(at_top)
+    before = found(hidden) if at_top else of_bellows
     true = ("top interface" if at_top else "payload", "ground")
     assert len(parts(before)) > 1
     assert true in parts(before)
