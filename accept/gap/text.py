@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from checks.fitting import Fit
     from checks.gap import Parameter
 
+FILTER = "filter"  # the kind of an element that lies in the signal path
 AT_EDGE = " (at an end of the band: a slope that goes on outside looks like a pole there)"
 HEADLINE: dict[str, str] = {
     GapVerdict.NO_MISSING: "Model and data agree",
@@ -32,7 +33,8 @@ def headline_of_document(document: Mapping[str, Any]) -> str:
 
 def subject(document: Mapping[str, Any]) -> str:
     """Return the words for what was found and added to the model, "" if nothing was."""
-    named, elements = (bool(document.get(key)) for key in ("named", "elements"))
+    named = bool(document.get("named"))
+    elements = any(e["kind"] != FILTER for e in document.get("elements", ()))  # of which a model file holds none
     return " and ".join(["the named effects"] * named + ["the elements"] * elements)
 
 

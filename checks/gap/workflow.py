@@ -2,6 +2,7 @@
 13)."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from checks.errors import NotHeld
 from checks.fitting.fit import CONTRADICTION
@@ -14,7 +15,7 @@ from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Pro
 from checks.gap.search.bench_paths import in_words, on_bench, without_lags
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.explanation import Explanation
-from checks.gap.search.forward import ELEMENTS, SearchResult, explain, explain_beside, grow
+from checks.gap.search.forward import ELEMENTS, SearchResult, as_filter, explain, explain_beside, grow
 
 MOST_ELEMENTS = 2
 NEARLY = 10.0  # G up to which one more effect may be what is left of an explanation
@@ -68,19 +69,24 @@ def _explain(problem: Problem, search: Search, base: Explanation) -> Result:
         return build_result(problem, search, SearchResult(base, base, (), ()), whole)
     if problem.inputs.model.learned is None and (bench := on_bench(search, base)) is not None:
         return _explain_on_bench(problem, search, base, bench)
-    refused = None
+    refused, last = None, SearchResult(base, base, (), ())
     for found in _stages(search, base):
         if found.is_final or found.best.beside:
             result = build_result(problem, search, found, whole)
+            if found.is_filter:  # tells where and how, and no cause
+                answer = refused or build_result(problem, search, last, whole)
+                return replace(answer, elements=tuple(replace(e, fitted="") for e in result.elements))
             if result.verdict != UNEXPLAINED:
                 return result
             refused = refused or (result if found.is_final else None)
-    return refused or build_result(problem, search, found, whole)
+        last = found
+    return refused or build_result(problem, search, last, whole)
 
 
 def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     """Yield what each stage finds: the answer is the first that is final or beside a disagreement and passes the gates;
-    else the first that is final, or the last. After effects that the gates refuse, elements may explain all."""
+    else the first that is final, or the last. After effects that the gates refuse, elements may explain all. A filter
+    comes after all others, and beside their answer."""
     library = explain(search, base, 1, search.table.beam)
     if not library.best.adequate and library.best.worst_G < search.table.G:  # chance alone says that it is not all
         library = _search_deeper(search, library)
@@ -88,17 +94,20 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, MOST_ELEMENTS)
     if not library.best.adequate or elements.best.score >= library.best.score:
         yield elements
-    if library.is_final or elements.is_final:
+    if library.is_final:
         return
-    beside = explain_beside(search, library)
-    if not beside.best.beside:
-        yield beside
-    elif not library.is_one_mode:
-        if beside.best.worst_G < NEARLY:
-            beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
-            yield library.before(explain(search, beyond, 1, 1))
-        yield beside
+    if not elements.is_final:
+        beside = explain_beside(search, library)
+        if not beside.best.beside:
+            yield beside
+        elif not library.is_one_mode:
+            if beside.best.worst_G < NEARLY:
+                beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
+                yield library.before(explain(search, beyond, 1, 1))
+            yield beside
     yield library if library.best.adequate else _search_deeper(search, library)
+    if (path := as_filter(search, library)) is not None:
+        yield path
 
 
 def _explain_on_bench(problem: Problem, search: Search, base: Explanation, bench: Explanation) -> Result:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 from checks.errors import ModelError
-from checks.model.structure.attached import ELEMENT
+from checks.model.structure.attached import ELEMENT, TILT
 from specs.models.parameters import PARAMETERS, Acts, ModelParameter
 from specs.units import unit_of
 
@@ -45,10 +45,11 @@ def depends_on(name: str, mattering: Mapping[str, float], tied: bool) -> tuple[t
     if Acts.IN_PROPORTION in own:
         no_matter = Acts.IN_PROPORTION if tied or Acts.ON_THE_AXIS in own else Acts.IN_PROPORTION | Acts.OFFSET
     of_all = name == DAMPING_RATIO
+    beside = {n for n in mattering if n.startswith(ELEMENT) and not n.startswith(TILT)}  # add their own matrices
     return tuple(
         (n, value)
         for n, value in mattering.items()
-        if (of_all or not is_mode_factor(n)) and not (no_matter and (rule(n).acts & no_matter or n.startswith(ELEMENT)))
+        if (of_all or not is_mode_factor(n)) and not (no_matter and (rule(n).acts & no_matter or n in beside))
     )
 
 

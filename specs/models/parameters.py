@@ -133,6 +133,7 @@ PARAMETERS: tuple[ModelParameter, ...] = (
     *(_above("element", f"hung_{unit}") for unit in ("kg", "kg_m2", "Hz")),
     ModelParameter("element", "hung_damping_ratio", hi=1.0, step=1e-5),
     *(_free("element", f"point_{axis}_mm", step=1e-3) for axis in "xy"),
+    _free("element", "read_share", 1.0, "of a payload that rocks: da is read there, 0 at its centre, 1 on the axis"),
 )
 
 

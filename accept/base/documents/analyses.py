@@ -100,7 +100,7 @@ class ElementPlace(Document):
 class ElementFound(Document):
     """Something in the mechanics that is no effect of the library."""
 
-    kind: Annotated[str, "`spring`, `mass`, `damper`, `resonator` or `joint`"]
+    kind: Annotated[str, "`spring`, `mass`, `damper`, `resonator`, `joint`, `payload` (that rocks) or `filter`"]
     places: Annotated[tuple[ElementPlace, ...], "all that explain the records as well, the best first"]
     parameters: Mapping[str, EffectValue]
     sentence: str

@@ -48,11 +48,11 @@ class Stamped:
 
 
 class _Client(TimeStamper):
-    """Client of the authority at a URL. Whatever its server does, an answer is there within TIMEOUT_S, and one that
-    would not verify is none."""
+    """Client of the authority at a URL. It waits TIMEOUT_S for an answer, reads no more than LARGEST bytes of it, and
+    refuses a timestamp that would not verify."""
 
     def __init__(self, url: str) -> None:
-        super().__init__()
+        super().__init__()  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
         self.url = url
 
     async def async_timestamp(self, message_digest: bytes, md_algorithm: str) -> cms.ContentInfo:
@@ -83,8 +83,10 @@ class _Client(TimeStamper):
             if time.monotonic() > until:
                 raise TimestampRequestError(f"no answer within {TIMEOUT_S:g} s")
             await asyncio.sleep(0.005)
-        if isinstance(found[0], Exception):
-            raise TimestampRequestError(str(found[0])) from found[0]
+        if isinstance(found[0], TimestampRequestError):
+            raise found[0]
+        if isinstance(found[0], Exception):  # whose own words repeat the address, with its secrets
+            raise TimestampRequestError(f"it cannot be reached ({type(found[0]).__name__})") from found[0]
         return tsp.TimeStampResp.load(found[0])
 
     def _ask(self, request: bytes, found: list[bytes | Exception]) -> None:

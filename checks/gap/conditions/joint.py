@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from checks.fitting.fit import Fit, FitPoint, coarse_fits, finish
 from checks.fitting.prior import prior_rows
 from checks.gap.conditions.trial import ConditionTrial, to_fit, together
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.condition import Together, marked
+from checks.gap.modelling.condition import marked
 from checks.gap.modelling.effect import Effect
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
@@ -23,20 +23,12 @@ WIDER = 10.0  # a prior that says next to nothing, and still keeps a search from
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """An explanation fitted to A of all conditions. unseen: B of all."""
+    """An explanation fitted to A of all conditions. lnL: the log-likelihood of B of all at these values, priors
+    included, but for a constant."""
 
     response: Augmented
-    under_all: Together
     fit: Fit
-    unseen: tuple[Dataset, ...]
-
-    @cached_property
-    def lnL(self) -> float:
-        """Return the log-likelihood of B at the values from A, priors included, but for a constant."""
-        at, free = self.fit.at, self.fit.free
-        rows = [d.whitener(d.H - self.under_all.frf(d.f, at, d.channels)) for d in self.unseen]
-        off = prior_rows(free, self.fit.joint) @ np.array([at[p.name] - p.prior for p in free])
-        return -0.5 * float(sum(r @ r for r in rows) + off @ off)
+    lnL: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +56,10 @@ class Conditions:
         if not fits:
             raise ModelError("no values of the explanation come near these responses")
         best = min(fits, key=lambda f: f.cost)
-        return JointFit(response, every, best, (self.B, *(marked(t.B, t.name) for t in self.trials)))
+        unseen = (self.B, *(marked(t.B, t.name) for t in self.trials))
+        rows = [d.whitener(d.H - every.frf(d.f, best.at, d.channels)) for d in unseen]
+        off = prior_rows(best.free, best.joint) @ np.array([best.at[p.name] - p.prior for p in best.free])
+        return JointFit(response, best, -0.5 * float(sum(r @ r for r in rows) + off @ off))
 
 
 def by_data_alone(response: Augmented, effect: Effect) -> Augmented:

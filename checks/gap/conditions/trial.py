@@ -23,7 +23,7 @@ from checks.gap.modelling.condition import Together, marked
 from checks.gap.modelling.shift import OwnValue, Shift
 from checks.model.electrical import highpass_corner
 from checks.model.model import Model
-from checks.model.structure.attached import ELEMENT, quantities_of
+from checks.model.structure.attached import ELEMENT, TILT, quantities_of
 
 PAYLOAD, CORNER, STIFFENING = "bench.payload_kg", "sensor.highpass_Hz", "apa.sensor_stiffening"
 BY_CABLE = ("sensor.crosstalk_V_per_V", "sensor.pickup_us")  # what couples into the sensor's cable
@@ -73,7 +73,7 @@ def shift_of(
     if kind in SIDE_MASSES:
         return Shift(name, adds=tuple((f"{ELEMENT}{kind.place}.{d}.added_kg", value or 0.0) for d in "xyz"))
     if kind in REMOVED:
-        at = [n for n in values if n.startswith(f"{ELEMENT}{kind.place}.")]
+        at = [n for n in values if n.startswith(f"{ELEMENT}{kind.place}.") and not n.startswith(TILT)]
         sizes = [n for n in at if n.rpartition(".")[2] in quantities_of(n.split(".")[2]).values()]
         return Shift(name, times=tuple((n, GONE) for n in sizes))
     if kind is OWN_RETURN:

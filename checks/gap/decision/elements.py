@@ -3,10 +3,13 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from checks.fitting.fit import Fit
 from checks.gap.decision.alternatives import OTHER_VALUES, Alternatives, Unnamed
 from checks.gap.decision.result import FoundElement, FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.augmented import PAYLOAD
 from checks.gap.modelling.element import (
     ACROSS,
     BESIDE_THE_AXIS,
@@ -15,13 +18,16 @@ from checks.gap.modelling.element import (
     MASS,
     OF_PLACE,
     RESONATOR,
+    ROCKING,
     SPRING,
 )
+from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.unmodelled_modes import FILTER
 from checks.gap.search.explanation import Alternative, Explanation
 from checks.model.model import Model
 from checks.model.parameters import is_declared
 from checks.model.structure.attached import BETWEEN
+from checks.quantity import TWO_SIDED_95
 from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of
 
@@ -42,6 +48,7 @@ LOOKS_LIKE = {
     (RESONATOR, "head"): ("a cable on the head",),
     (RESONATOR, "bottom_joint"): ("a base that gives way",),
     (RESONATOR, "bottom_interface"): ("a base that gives way", HANGS),
+    (ROCKING, "payload"): (OFF_CENTRE,),
     (JOINT, "top_joint"): ("a loose screw at the top joint", "a joint of another batch"),
     (JOINT, "bottom_joint"): ("a loose screw at the bottom joint", "a joint of another batch"),
 }
@@ -54,10 +61,13 @@ OF_KIND = {
     FILTER: ("a sensor, an amplifier or a filter other than stated",),
 }
 WORDS = {SPRING: "spring", MASS: "mass", DAMPER: "damper", RESONATOR: "mass on a spring"}
+ROCKS = "payload that rocks on its guide, its centre of mass beside the axis"
+CENTRED = "repeat the record with the payload's centre of mass moved onto the axis of the strut: it then rocks no more"
 AS_WELL = " Explained as well by "
 NAMES = (  # of values of an element that is attached, in the order of a sentence
     *("k_N_per_um", "k_Nm_per_rad", "kz_ratio", "kR_ratio", "kxy_ratio", "m_kg", "J_kg_m2"),
-    *("c_N_s_per_m", "c_Nm_s_per_rad", "cR_Nm_s_per_rad", "f_Hz", "damping_ratio"),
+    *("c_N_s_per_m", "c_Nm_s_per_rad", "cR_Nm_s_per_rad", "f_Hz", "ratio", "damping_ratio"),
+    *("x_mm", "y_mm", "read_share"),
 )
 SHOWN = 3  # places besides the best that a sentence lists
 
@@ -97,11 +107,15 @@ def found_element(
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
     kind = e.of_kind
-    values = _ratios(e, shown, model, fit) if kind == JOINT else {k: v for k, v in shown.items() if k[1:] != "_mm"}
+    values = _ratios(e, shown, model, fit) if kind == JOINT else shown
+    if kind == ROCKING:
+        values = _with_moving_mass(e, shown, model, fit)
+    else:
+        values = {k: v for k, v in values.items() if k[1:] != "_mm"}
     every = (e, *(o.member for o in others))
     causes = tuple(dict.fromkeys(c for o in every for c in causes_of(o.of_kind, o.place)))
     words = element_sentence(kind, places, values, causes[0], library)
-    experiment = request or element_experiment(places, library)
+    experiment = request or element_experiment(kind, places, library)
     return FoundElement(kind, tuple(places), values, words, causes, experiment, library)
 
 
@@ -167,16 +181,32 @@ def _ratios(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) ->
     return out
 
 
+def _with_moving_mass(e: Unnamed, shown: dict[str, NamedValue], model: Model, fit: Fit) -> dict[str, NamedValue]:
+    """Return the values of a payload of mass m that rocks, with the mass m^2 e^2 / (J + m e^2) that seems to hang on
+    the axis in the place of its inertia J: responses tell little of J and of the distance e of its centre alone."""
+    names = [f"{e.name}.{n}" for n in ("J_kg_m2", "x_mm", "y_mm")]
+    at, m = [fit.names.index(n) for n in names], fit.at.get(PAYLOAD, model.values[PAYLOAD])
+    J, x, y = (fit.at[n] for n in names)
+    away = 1e-6 * m * (x * x + y * y)
+    mass, by_away = m * away / (J + away), m * J / (J + away) ** 2
+    slopes = np.array([-m * away / (J + away) ** 2, *(2e-6 * m * a * by_away for a in (x, y))])
+    half = TWO_SIDED_95 * float(np.sqrt(slopes @ fit.cov[np.ix_(at, at)] @ slopes))
+    return {"m_kg": NamedValue(mass, mass - half, mass + half), **{n: v for n, v in shown.items() if n != "J_kg_m2"}}
+
+
 def element_sentence(
     kind: str, places: Sequence[FoundPlace], values: Mapping[str, NamedValue], cause: str, library: tuple[str, ...]
 ) -> str:
     """Return an element in words."""
     if not places[0].direction:
         what = _where(places[0])
+    elif kind == ROCKING:
+        what = ROCKS
     else:
         what = f"{places[0].part} of other stiffness" if kind == JOINT else f"{WORDS[kind]} {_where(places[0])}"
     numbers = ", ".join(_value_words(name, v) for name, v in values.items())
-    more = [_where(p) for p in places[1 : 1 + SHOWN]]
+    of = {ROCKING: f"a {WORDS[RESONATOR]} ", FILTER: "something "}.get(kind, "")  # elsewhere it is of another kind
+    more = [f"{of if p.direction else ''}{_where(p)}" for p in places[1 : 1 + SHOWN]]
     beyond = len(places) - 1 - len(more)
     others = f" As good: {'; '.join(more)}{f'; and {beyond} more' if beyond > 0 else ''}." if more else ""
     names = f"{AS_WELL}{', '.join(map(_label, library))}." if library else ""
@@ -201,8 +231,10 @@ def _value_words(name: str, v: NamedValue) -> str:
     return f"{name.partition('_')[0] if unit else name.replace('_', ' ')} {at}{unit} (95 %: {lo} to {hi})"
 
 
-def element_experiment(places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
+def element_experiment(kind: str, places: Sequence[FoundPlace], library: tuple[str, ...]) -> str:
     """Return the next measurement: without the part, a constant of the signal path would stay."""
+    if kind in (ROCKING, FILTER):
+        return CENTRED if kind == ROCKING else Experiment.LOOP_BACK.value
     parts = " and ".join(dict.fromkeys(f"the {p.part}" for p in places))
     what = f"repeat the record with whatever touches or hangs on {parts} removed"
     library = tuple(n for n in library if not n.startswith(OTHER_VALUES))

@@ -10,11 +10,13 @@ from checks.gap.decision.next_experiment import every_experiment
 from checks.gap.decision.panels import magnitude_panel, residual_panel
 from checks.gap.decision.result import FoundPlace, NamedValue
 from checks.gap.effects import EFFECTS
-from checks.gap.modelling.unmodelled_modes import ALL
+from checks.gap.modelling.unmodelled_modes import ALL, unmodelled_modes
 from checks.gap.preparation.inputs import dead_fault, exchange_fault, offset_fault, sign_fault
+from checks.model.channel_paths import CHANNELS
 from checks.model.structure.attached import DIRECTIONS
 from checks.picture import Band, Line, Panel
 
+PATHS = {(m.place, m.against) for m in unmodelled_modes(CHANNELS)}
 SAMPLES = "samples"  # the parameter of a fault of the records
 
 
@@ -58,14 +60,21 @@ def _element_texts(entry: Mapping[str, Any]) -> tuple[str, str]:
     """Return the sentence and the next measurement of an element. What explains the records as well is no key of its
     own: it is read from the stated sentence. Raises KeyError or ValueError for what no analysis finds."""
     places = [FoundPlace(p["part"], p["against"], p["direction"], p["point_mm"]) for p in entry["places"]]
-    if not places or not all((p.part, p.against) in PLACE_OF and p.direction in DIRECTIONS for p in places):
+    if not places or not all(_is_place(p) for p in places):
         raise ValueError("an element at a place that no model has")
     kind, library, stated = entry["kind"], alike_in(entry["sentence"]), _values(entry)
     if not stated.keys() <= {*NAMES}:
         raise ValueError("a value that no element has")
-    cause = causes_of(kind, PLACE_OF[places[0].part, places[0].against])[0]
+    cause = causes_of(kind, PLACE_OF.get((places[0].part, places[0].against), ""))[0]
     values = {name: stated[name] for name in NAMES if name in stated}
-    return element_sentence(kind, places, values, cause, library), element_experiment(places, library)
+    return element_sentence(kind, places, values, cause, library), element_experiment(kind, places, library)
+
+
+def _is_place(p: FoundPlace) -> bool:
+    """Return whether a model has a place, in its mechanics or in its signal path."""
+    if not p.direction:
+        return (p.part, p.against) in PATHS
+    return (p.part, p.against) in PLACE_OF and p.direction in DIRECTIONS
 
 
 def picture_again(name: str, panel: Panel, document: Mapping[str, Any]) -> Panel:

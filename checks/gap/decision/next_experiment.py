@@ -21,7 +21,7 @@ from checks.gap.decision.gates import accepted
 from checks.gap.decision.prediction import Prediction
 from checks.gap.decision.result import Ambiguous
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import GenericElement
+from checks.gap.modelling.element import ROCKING, GenericElement
 from checks.gap.modelling.experiment import Experiment
 
 # Twice the expected gain: eight times 12.5, what a name needs, because a large effect is not linear and a gain spreads.
@@ -99,4 +99,6 @@ def separations(of: Alternatives, trial: ConditionTrial) -> tuple[float, tuple[f
 
 
 def _same_place(a: Effect, b: Effect) -> bool:
-    return isinstance(a, GenericElement) and isinstance(b, GenericElement) and a.place == b.place
+    if not (isinstance(a, GenericElement) and isinstance(b, GenericElement)):
+        return False
+    return a.place == b.place and (a.kind == ROCKING) == (b.kind == ROCKING)

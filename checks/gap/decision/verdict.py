@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from checks.fitting.fit import Fit
+from checks.gap.decision.alternatives import Unnamed
 from checks.gap.decision.gates import Claim
 from checks.gap.decision.result import (
     AMBIGUOUS,
@@ -19,7 +20,6 @@ from checks.gap.decision.result import (
     Nameless,
 )
 from checks.gap.modelling.effect import Effect, SlowFinding
-from checks.gap.modelling.element import GenericElement
 from checks.gap.preparation.record_faults import RecordFault
 from checks.model.model import Model
 from checks.quantity import TWO_SIDED_95
@@ -40,7 +40,7 @@ def named_effects(
         out.append(Named(fault.effect, fault.effect.replace("_", " "), fault.words, exact, float("inf"), 0.0))
     for claim in claims:
         effect = claim.effect
-        if isinstance(effect, GenericElement):
+        if isinstance(effect, Unnamed):
             continue
         shown = {p.name: _fitted_value(final, effect, p.name, model) for p in effect.parameters}
         out.append(_named(effect, shown, claim.delta_lnL, claim.p))

@@ -20,6 +20,7 @@ from checks.model.structure.attached import PlaceReceptances
 
 Values = Mapping[str, float]
 Held = tuple[tuple[str, float], ...]
+PAYLOAD = "bench.payload_kg"
 LEAST = 1e-3  # of a parameter's prior: a stiffness of nothing has no derivative
 STEP = 1e-5  # of a parameter's scale: derivative of a stand-in
 
@@ -118,6 +119,10 @@ class Augmented:
                     start = own.get(target, self.model.values[target]) if target in p.adds else 0.0
                     own[target] = start + values[name]
         return self.shift.applied(own, values, self.model.values)
+
+    def payload(self, values: Values) -> float:
+        """Return the payload [kg]."""
+        return self.changes(values).get(PAYLOAD, self.model.values[PAYLOAD])
 
     def frf(self, f: Array, changes: Values, channels: tuple[str, ...]) -> Complex:
         """Return the response (F, C)."""

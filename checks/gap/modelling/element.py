@@ -1,19 +1,22 @@
 """Generic elements: what attaches to the strut at a place, along a direction, of a kind. They are members of an
 explanation as the library's effects are, and have place, kind and values in place of a name."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import nan, sqrt
 
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.experiment import Experiment
 from checks.model.model import Model
-from checks.model.structure.attached import BETWEEN, DIRECTIONS, Places, quantities_of
+from checks.model.structure.attached import BETWEEN, DIRECTIONS, TILTS, Places, quantities_of
 
 SPRING, MASS, DAMPER, RESONATOR, JOINT = "spring", "mass", "damper", "resonator", "joint"
+ROCKING = "payload"  # of which the inertia about its centre of mass hangs on its guide
 HOLDER = "holder"  # a spring with a mass and a damper of its own, at one point
 PARTS = (SPRING, MASS, DAMPER)  # of a holder
-KINDS = (SPRING, MASS, DAMPER, HOLDER, RESONATOR, JOINT)
+KINDS = (SPRING, MASS, DAMPER, HOLDER, RESONATOR, JOINT, ROCKING)
+KINDRED = {RESONATOR: (RESONATOR, ROCKING), ROCKING: (ROCKING, RESONATOR)}  # kinds that move the axis alike
 UNITS = {"k_N_per_um": 1e6, "spring_N_per_um": 1e6}  # in SI
 LEAST = 1e-5  # kg that hangs: less is not seen
 LEVER = 1e-4  # m2: of a rotation's values, a lever of a centimetre
@@ -84,13 +87,20 @@ def element(place: str, direction: str, kind: str) -> GenericElement:
     """Return the element of a kind at a place along a direction."""
     parameters = [*_of_kind(f"element.{place}.{direction}", direction, kind)]
     if direction == "z" and place in BESIDE_THE_AXIS:
-        parameters += [_free(f"{a}_mm", (f"element.{place}.z.point_{a}_mm",), REACH_MM, 2.0) for a in "xy"]
+        parameters += _beside(f"{place}.z", "xy")
     return _element(place, direction, kind, parameters)
+
+
+def kind_of(member: object) -> str:
+    """Return the kind of an element, "" for another member."""
+    return member.kind if isinstance(member, GenericElement) else ""
 
 
 def parts_of(member: object) -> list[GenericElement]:
     """Return the elements of one value that could be in the place of one of several, as a resonator that hardly swings
     is a damper; none for another member."""
+    if member is rocking(read=True):
+        return [rocking()]
     if not isinstance(member, GenericElement) or member.kind not in (HOLDER, RESONATOR):
         return []
     return [element(member.place, member.direction, kind) for kind in kinds_at(member.place, PARTS)]
@@ -101,7 +111,8 @@ def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
     the payload is an effect of the library."""
     if BETWEEN in place:
         kinds = [k for k in kinds if k != HOLDER]
-    return [k for k in kinds if k != JOINT and (k != MASS or not (is_across(place) or place == "payload"))]
+    kinds = [k for k in kinds if k not in (JOINT, ROCKING)]
+    return [k for k in kinds if k != MASS or not (is_across(place) or place == "payload")]
 
 
 def is_across(place: str) -> bool:
@@ -128,6 +139,38 @@ def joint(place: str) -> GenericElement:
             _free("cR_Nm_s_per_rad", along(("Rx", "Ry"), "damper"), 10.0, 1e-3),
         ],
     )
+
+
+@lru_cache(maxsize=2)
+def rocking(read: bool = False) -> GenericElement:
+    """Return the payload whose centre of mass lies beside the axis (x, y), and which rocks on its guide. read: whether
+    da may be read beside the axis."""
+
+    def both(quantity: str) -> tuple[str, ...]:
+        return tuple(f"element.payload.{d}.{quantity}" for d in TILTS)
+
+    where = Parameter("read_share", lo=-10.0, hi=10.0, off=nan, start=1.0, scale=0.1, sets=both("read_share"))
+    one = _element(
+        "payload",
+        "z",
+        ROCKING,
+        [
+            Parameter("J_kg_m2", lo=1e-4, hi=50.0, off=0.03, start=0.03, scale=1e-3, sets=both("hung_kg_m2")),
+            *_swinging(both("hung_Hz"), both("hung_damping_ratio")),
+            *_beside("payload.Ry", "x"),
+            *_beside("payload.Rx", "y"),
+            *([where] if read else []),
+        ],
+    )
+    return replace(one, name=f"{one.name}_read") if read else one
+
+
+def seems_to_hang(values: Mapping[str, float], m: float) -> dict[str, float]:
+    """Return the mass on a spring that a rocking payload of mass m [kg] seems to be along the axis."""
+    away = 1e-6 * m * (values["x_mm"] ** 2 + values["y_mm"] ** 2)
+    slower = sqrt(values["J_kg_m2"] / (values["J_kg_m2"] + away))
+    of_both = {n: slower * values[n] for n in ("f_Hz", "damping_ratio")}
+    return {"m_kg": m * away / (values["J_kg_m2"] + away), **of_both}
 
 
 @lru_cache(maxsize=64)
@@ -157,6 +200,11 @@ def _free(name: str, sets: tuple[str, ...], reach: float, scale: float) -> Param
     return Parameter(name, lo=-reach, hi=reach, scale=scale, sets=sets)
 
 
+def _beside(head: str, axes: str) -> list[Parameter]:
+    """Return the coordinates of a point beside the axis."""
+    return [_free(f"{a}_mm", (f"element.{head}.point_{a}_mm",), REACH_MM, 2.0) for a in axes]
+
+
 def _of_kind(head: str, direction: str, kind: str) -> Iterator[Parameter]:
     names, turns = quantities_of(direction), direction.startswith("R")
     size = LEVER if turns else 1.0
@@ -174,7 +222,10 @@ def _of_kind(head: str, direction: str, kind: str) -> Iterator[Parameter]:
         yield Parameter(
             mass, lo=least, hi=50.0, off=least, start=least, scale=0.01 * size, sets=(f"{head}.{names['hung']}",)
         )
-        yield Parameter("f_Hz", lo=2.0, hi=5000.0, off=100.0, start=100.0, scale=1.0, sets=(f"{head}.hung_Hz",))
-        yield Parameter(
-            "damping_ratio", lo=5e-4, hi=0.7, off=0.02, start=0.02, scale=5e-3, sets=(f"{head}.hung_damping_ratio",)
-        )
+        yield from _swinging((f"{head}.hung_Hz",), (f"{head}.hung_damping_ratio",))
+
+
+def _swinging(f_Hz: tuple[str, ...], ratio: tuple[str, ...]) -> Iterator[Parameter]:
+    """Yield the frequency and the damping ratio of what hangs."""
+    yield Parameter("f_Hz", lo=2.0, hi=5000.0, off=100.0, start=100.0, scale=1.0, sets=f_Hz)
+    yield Parameter("damping_ratio", lo=5e-4, hi=0.7, off=0.02, start=0.02, scale=5e-3, sets=ratio)

@@ -18,9 +18,20 @@ from checks.fitting.fit import BEYOND_DOUBT, FitPoint, coarse_fits, work_of
 from checks.fitting.misplaced_modes import misplaced_modes
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import HOLDER, KINDS, RESONATOR, GenericElement, element, parts_of
+from checks.gap.modelling.element import (
+    HOLDER,
+    KINDRED,
+    KINDS,
+    RESONATOR,
+    ROCKING,
+    GenericElement,
+    element,
+    kind_of,
+    parts_of,
+    seems_to_hang,
+)
 from checks.gap.modelling.thresholds import Thresholds
-from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode, on_channel
 from checks.gap.search.explanation import Explanation, if_held
 from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
@@ -283,6 +294,11 @@ class Search:
         found = self._race(starts)
         if any(c.adequate for c in found):
             return found
+        if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
+            rocks = [s for s in scores if kind_of(s.member) == ROCKING and not self.over]
+            rocking = self._race([c for s in rocks for c in self._from_screen(base, s)])
+            if any(c.adequate for c in rocking):
+                return best_of_each([*rocking, *found])
         tried = [*first[:FROM_FAR], *(next(s for s in first if s.member.name in c.names) for c in found[:FROM_FAR])]
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
@@ -292,6 +308,19 @@ class Search:
             return found
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
         return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
+
+    def add_filter(self, base: Explanation, channel: str) -> list[Explanation]:
+        """Add a mode of one channel's path to a candidate that is calibrated on the others, if these agree alone: a
+        calibration on all may have followed it."""
+        others = [c for c in self.A.channels if c != channel]
+        if not others:
+            return []
+        alone = replace(self, A=self.A.select(others), B=self.B.select(others))
+        sound = alone.fit_from_one_place(base.response, {})
+        if not sound.adequate:
+            return []
+        bare, mode = self.begin(base.response, sound.at), replace(on_channel(MODE, channel), stands_in=False)
+        return self._race(self._from_screen(bare, screen(bare.on(self.A).seen, mode, starts=FROM_FAR)))
 
     def with_other_damping(self, c: Explanation) -> Explanation | None:
         """Return a candidate with the model's other form of damping; None if the model cannot have it. Which form the
@@ -384,7 +413,10 @@ class Search:
         out = []
         for member in (m for m in c.response.effects if isinstance(m, GenericElement)):
             less = self._replacing(c, member)
-            scores = self._elements_like(Places(less.on(self.A).seen), c, (member.kind,), c.of(member.name))
+            kinds = KINDRED.get(member.kind, (member.kind,))
+            known = c.of(member.name)
+            known |= seems_to_hang(known, c.response.payload(c.at)) if member.kind == ROCKING else {}
+            scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, known)
             out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
         return out
 
@@ -396,8 +428,10 @@ class Search:
         needed = AS_GOOD * (places.left - 2.0 * c.cost)
         if max(places.gains.values(), default=0.0) < needed:
             return []
-        absent = (s for s in places.scores(kinds, known) if s.member.name not in c.names and s.gain > needed)
-        return sorted(absent, key=lambda s: -s.net)[:ELEMENTS_TRIED]
+        absent = sorted((s for s in places.scores(kinds, known) if s.member.name not in c.names), key=lambda s: -s.net)
+        # its score is that of what it is begun from: too little where da is read beside the axis
+        rocks = [s for s in absent if kinds is not KINDS and kind_of(s.member) == ROCKING]
+        return [s for s in absent if s.gain > needed and s not in rocks][:ELEMENTS_TRIED] + rocks
 
     def _replacing(self, c: Explanation, member: Effect) -> Explanation:
         """Return a candidate without a member that another is to replace, at all its other values: what the member

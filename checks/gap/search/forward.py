@@ -5,13 +5,16 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import GenericElement, is_across, parts_of
-from checks.gap.modelling.unmodelled_modes import UnmodelledMode
+from checks.gap.modelling.element import RESONATOR, ROCKING, GenericElement, is_across, kind_of, parts_of
+from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
 from checks.gap.search.explanation import Explanation
+from checks.gap.search.places import Places
 
 NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
 
@@ -74,6 +77,11 @@ class SearchResult:
         then a part of what the mode does, as its static gain looks like a scale."""
         response = self.best.response
         return self.best.adequate and len(response.unmodelled_modes) == 1 and not response.effects
+
+    @property
+    def is_filter(self) -> bool:
+        """Return whether a filter of the signal path is claimed."""
+        return any(isinstance(e, UnmodelledMode) for e in self.best.response.effects)
 
     def before(self, other: "SearchResult") -> "SearchResult":
         """Return the result of a search that started from the end of this one, together with it."""
@@ -165,6 +173,42 @@ def explain(search: Search, base: Explanation, most: int, width: int) -> SearchR
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
 
 
+def as_filter(search: Search, library: SearchResult) -> SearchResult | None:
+    """Return a filter in the path of one channel, or in the drive, as an explanation of everything: the one mode that
+    explains all beside the library's effects or, on the channel that any factor explains best, one beside a calibration
+    without that channel. Its rivals are those like it and the elements. None if there is no such filter."""
+    base = library.base
+    if library.is_one_mode:
+        near = [c for c in library.rivals if len(c.response.counted) == 1 and c.score > library.best.score - NEAR]
+        filters = [_claimed(c) for c in (library.best, *near)]
+    else:
+        factors = Places(base.on(search.A).seen).factors
+        filters = search.with_effort_of_its_own().add_filter(base, max(factors, key=lambda c: factors[c]))
+    filters = [c for c in filters if c.adequate and is_possible(c) and _is_bump(c)]
+    if not filters:
+        return None
+    search.say("looking for what does as well as a filter")
+    found = search.with_effort_of_its_own().add_element(base, in_path=True)
+    first, *rivals = sorted(filters, key=lambda c: -c.score)
+    rivals += [c for c in found if c.adequate and is_possible(c)]
+    best = max((first, *rivals), key=lambda c: c.score)
+    if best.score < first.score + search.table.delta_lnL:  # what an element has to gain beyond every filter
+        best = first
+    return replace(library, best=best, rivals=tuple(c for c in (first, *rivals) if c is not best))
+
+
+def _is_bump(c: Explanation) -> bool:
+    """Return whether an explanation is a filter with a pole in the band: lags and gains are the library's."""
+    return all(isinstance(m, UnmodelledMode) and m.shape is MODE for m in c.response.counted)
+
+
+def _claimed(c: Explanation) -> Explanation:
+    """Return an explanation whose unmodelled modes no longer stand in for a name."""
+    modes = c.response.unmodelled_modes
+    members = tuple(replace(m, stands_in=False) if m in modes else m for m in c.response.members)
+    return replace(c, response=replace(c.response, members=members))
+
+
 def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     """Return the result of a search beside the disagreement, used if no explanation was complete: an explanation that
     is adequate after all, with its rivals, or one with its steps.
@@ -227,7 +271,9 @@ def _finish(
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
     elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and is_possible(c)]
-    adequate, best = [*adequate, best, *elsewhere], max([best, *elsewhere], key=lambda c: c.score)
+    adequate = [*adequate, best, *elsewhere]
+    worth = [c for c in (best, *elsewhere) if _is_worth_rocking(c, adequate)]
+    best = max(worth or [best], key=lambda c: c.score)
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - NEAR and c.names != best.names)
@@ -236,6 +282,19 @@ def _finish(
     if not best.response.counted:  # the calibration had gone astray, and what it needed was another start
         return SearchResult(best, best, (), tuple(tried))
     return SearchResult(base, best, tuple(c for c in adequate if c.names != best.names), tuple(tried))
+
+
+def _is_worth_rocking(c: Explanation, others: Sequence[Explanation]) -> bool:
+    """Return whether a candidate has no rocking payload, or one that does better than a mass that hangs there by what
+    two explanations are told apart with: it does the same with two values more."""
+    if not any(kind_of(m) == ROCKING for m in c.response.effects):
+        return True
+    hangs = [o.lnL for o in others if any(kind_of(m) == RESONATOR and m.place == "payload" for m in _elements(o))]
+    return c.lnL > max(hangs, default=-np.inf) + 0.5 * c.table.two_delta_lnL
+
+
+def _elements(c: Explanation) -> list[GenericElement]:
+    return [m for m in c.response.effects if isinstance(m, GenericElement)]
 
 
 def is_possible(c: Explanation) -> bool:

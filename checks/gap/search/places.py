@@ -21,6 +21,7 @@ from checks.gap.modelling.element import (
     JOINT,
     KINDS,
     RESONATOR,
+    ROCKING,
     UNITS,
     Direction,
     GenericElement,
@@ -28,6 +29,7 @@ from checks.gap.modelling.element import (
     element,
     joint,
     kinds_at,
+    rocking,
 )
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import Projected
@@ -39,6 +41,7 @@ SETTLED = 0.05  # of twice the log-likelihood
 POLES = 14  # where a resonator is looked for, beside the peaks of the residual
 BEGUN = 2  # of these, that a fit begins from
 RATIO = 0.03  # damping ratio there
+CENTRE_MM = 4.0  # where the centre of a payload that rocks is begun beside the axis
 EQUAL = 1e-6  # of a gain: of one channel alone every factor and every place explain the same
 
 NOTHING_KNOWN: Mapping[str, float] = {}
@@ -156,10 +159,31 @@ class Places:
                 for values, gain in self._fits(e, d, known):
                     if e.name not in out or gain > out[e.name].gain:
                         out[e.name] = Score(e, gain, len(e.sizes), len(self.gains), (values,))
+        if ROCKING in kinds:
+            out |= {score.member.name: score for score in self._rocking(known)}
         ends = [joint(place) for place in ("bottom_joint", "top_joint") if place in self.receptances.places]
         for e in (e for e in ends if JOINT in kinds and not self._has(e)):  # small changes, each along its directions
             out[e.name] = replace(screen(self.projected, e), looked=len(self.gains))
         return sorted(out.values(), key=lambda s: -s.gain)
+
+    def _rocking(self, known: Mapping[str, float]) -> Iterator[Score]:
+        """Yield the scores of a payload that rocks, begun from what does the same along the axis: a mass that hangs,
+        the share m e^2 / (J + m e^2) of the payload's mass m, whose centre lies e beside the axis."""
+        places = self.receptances.places
+        if "top_joint" not in places or places["payload"][3:].any() or self._has(rocking()):
+            return
+        fits = self._fits(element("payload", "z", RESONATOR), Direction("payload", "z"), known)
+        hung, gain = max(fits, key=lambda fit: fit[1], default=({}, 0.0))
+        m = self.projected.response.payload(self.projected.at)
+        if not 0.0 < (share := hung.get("m_kg", 0.0) / m) < 1.0:
+            return
+        J = m * (1e-3 * CENTRE_MM) ** 2 * (1.0 - share) / share
+        alike = {"J_kg_m2": J, "f_Hz": hung["f_Hz"] / np.sqrt(1.0 - share), "damping_ratio": hung["damping_ratio"]}
+        at = [CENTRE_MM * np.array([np.cos(a), np.sin(a)]) for a in np.pi * np.array([0.25, 0.75, 1.25, 1.75])]
+        starts = tuple(alike | {"x_mm": float(x), "y_mm": float(y), "read_share": 1.0} for x, y in at)
+        for e in (rocking(), rocking(read=True)):
+            own = tuple({q.name: q.inside(start[q.name]) for q in e.parameters} for start in starts)
+            yield Score(e, gain, len(e.sizes), len(self.gains), own)
 
     def _has(self, e: GenericElement) -> bool:
         """Return whether the model has an element there already, whose values it calibrates."""

@@ -20,7 +20,7 @@ from scipy import linalg
 
 from checks.arrays import Array, between_zeros
 from checks.model.structure.apa import ApaBody
-from checks.model.structure.attached import Attached, attach
+from checks.model.structure.attached import Attached, attach, axis_of_payload
 from checks.model.structure.fastened import CLAMP, RIGID, Bench, Encoder, Joint
 from checks.model.structure.matrix_builder import Builder, Parts, System
 from checks.model.structure.rigid_motion import lever
@@ -58,8 +58,7 @@ def fasten(
     APA from the joints' axis, the same at both ends. stack_stiffening [N/m]: of sensor and actuator stacks by open
     circuits. elements: attached to it; each hanging one adds a motion."""
     b = Builder(MOTIONS + sum(e.hung is not None for e in elements))
-    payload = np.zeros((6, MOTIONS))
-    payload[Z] = PAYLOAD
+    payload, read = axis_of_payload(elements, AT_PAYLOAD, MOTIONS)
 
     b.spring(np.array([SENSOR, ACTUATOR]), np.array(stack_stiffening), np.zeros(2))
 
@@ -67,7 +66,7 @@ def fasten(
     center_bottom = lever(_to_axis(offset, -joint_bottom.arm)) @ BOTTOM
     center_top = lever(_to_axis(offset, joint_top.arm)) @ TOP
     b.spring(center_bottom, joint_bottom.k, joint_bottom.c)  # granite below
-    b.spring(center_top - payload, joint_top.k, joint_top.c)
+    b.spring(b.wide(center_top) - payload, joint_top.k, joint_top.c)
     b.mass(lever(_to_axis(offset, -joint_bottom.half_arm)) @ BOTTOM, joint_bottom.half_mass, joint_bottom.half_inertia)
     b.mass(lever(_to_axis(offset, joint_top.half_arm)) @ TOP, joint_top.half_mass, joint_top.half_inertia)
 
@@ -75,19 +74,19 @@ def fasten(
         b.mass(encoder.ruler_place(BOTTOM), encoder.ruler_mass, encoder.inertia)
         b.mass(encoder.head_place(TOP), encoder.head_mass, encoder.inertia)
 
-    b.mass(payload, bench.payload)
+    b.along(PAYLOAD[None], bench.payload)
     b.spring(PAYLOAD[None], np.array([RIGID if bench.held else 0.0]), np.array([bench.guide_damping]))
 
     attach(b, places_of(joints, encoder, offset), elements, MOTIONS)
 
-    outputs = {"Vs": SENSOR, "da": PAYLOAD}
+    outputs = {"Vs": b.wide(SENSOR[None])[0], "da": read}
     if encoder is not None:
-        outputs["de"] = encoder.reading(BOTTOM, TOP)
+        outputs["de"] = b.wide(encoder.reading(BOTTOM, TOP)[None])[0]
     elif joints is None:
-        outputs["de"] = PAYLOAD
+        outputs["de"] = read
     channels = tuple(name for name in ("Vs", "de", "da") if name in outputs)
     M, C, K, ties = b.matrices()
-    return FastenedParts(M, C, K, b.wide(np.array([outputs[c] for c in channels])), channels, ties)
+    return FastenedParts(M, C, K, np.array([outputs[c] for c in channels]), channels, ties)
 
 
 def places_of(joints: tuple[Joint, Joint] | None, encoder: Encoder | None, offset: Array) -> dict[str, Array]:

@@ -15,7 +15,9 @@ from checks.model.structure.matrix_builder import Builder
 from checks.model.structure.rigid_motion import lever
 
 ELEMENT = "element."  # beginning of the names of their values
+TILT = f"{ELEMENT}payload.R"  # of those of a payload that rocks: its inertia hangs on its guide
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
+TILTS = ("Rx", "Ry")  # in which a payload may rock
 BETWEEN = " to "  # in the name of a place that reads the motion of one point against another
 SIDES = {
     "+x": (0.03, 0.0),
@@ -30,7 +32,8 @@ Places = Mapping[str, Array]  # place -> rows (6, n) that read its motion, or th
 @dataclass(frozen=True)
 class Attached:
     """Values in SI; point (2,) [m]: x and y of the place's point from its node. hung: mass [kg] or inertia [kg m2],
-    frequency [Hz] and damping ratio of a hanging element, or None."""
+    frequency [Hz] and damping ratio of a hanging element, or None. Of a payload that rocks, point is its centre of mass
+    beside the axis, and read where da is read: 0 there, 1 on the axis."""
 
     place: str
     direction: str
@@ -39,6 +42,12 @@ class Attached:
     mass: float
     point: tuple[float, float]
     hung: tuple[float, float, float] | None
+    read: float = 1.0
+
+    @property
+    def tilts(self) -> bool:
+        """Return whether it is no element beside the strut, but the payload's own inertia on its guide."""
+        return self.place == "payload" and self.direction in TILTS and self.hung is not None
 
     def stiffness(self, s: Complex) -> Complex:
         """Return its dynamic stiffness (F,) at s (F,) [1/s]."""
@@ -67,7 +76,7 @@ def check_elements(values: Mapping[str, float]) -> None:
     for head in dict.fromkeys(n.rpartition(".")[0] for n in values if n.startswith(ELEMENT)):
         names = quantities_of(head.rpartition(".")[2])
         hangs = {f"{head}.{q}" for q in (names["hung"], "hung_Hz", "hung_damping_ratio")}
-        have = {f"{head}.{q}" for q in (*names.values(), "point_x_mm", "point_y_mm")} | hangs
+        have = {f"{head}.{q}" for q in (*names.values(), "point_x_mm", "point_y_mm", "read_share")} | hangs
         given = {n for n in values if n.startswith(f"{head}.")}
         wrong = sorted(given - have) or (sorted(hangs - given) if given & hangs else [])
         if wrong:
@@ -91,7 +100,9 @@ def _attached(values: Mapping[str, float], head: str) -> Attached:
     hung = (at(names["hung"]), at("hung_Hz"), at("hung_damping_ratio")) if f"{head}.hung_Hz" in values else None
     per = 1.0 if direction.startswith("R") else PER_UM
     point = (1e-3 * at("point_x_mm"), 1e-3 * at("point_y_mm"))
-    return Attached(place, direction, per * at(names["spring"]), at(names["damper"]), at(names["mass"]), point, hung)
+    read = values.get(f"{head}.read_share", 1.0)
+    k, c, m = per * at(names["spring"]), at(names["damper"]), at(names["mass"])
+    return Attached(place, direction, k, c, m, point, hung, read)
 
 
 def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
@@ -114,10 +125,25 @@ def attach(b: Builder, places: Places, elements: tuple[Attached, ...], first: in
         if e.hung is not None:
             mass, f_Hz, ratio = e.hung
             own, w = np.eye(first + 1)[first], 2.0 * np.pi * f_Hz
-            away = own - between_zeros(row, 0, own.size - row.size)
+            away = own if e.tilts else own - between_zeros(row, 0, own.size - row.size)
             b.spring(away[None], np.array([mass * w * w]), np.array([2.0 * ratio * w * mass]))
             b.along(own[None], mass)
             first += 1
+
+
+def axis_of_payload(elements: tuple[Attached, ...], payload: int, first: int) -> tuple[Array, Array]:
+    """Return the rows (6, n) that read the payload's motion where the strut's axis meets it, and the row (n,) that da
+    reads. payload: number of the motion of its centre of mass; first: of the first one of what hangs."""
+    hung = [e for e in elements if e.hung is not None]
+    rows = np.zeros((6, first + len(hung)))
+    rows[DIRECTIONS.index("z"), payload] = 1.0
+    read = rows[DIRECTIONS.index("z")].copy()
+    for k, e in enumerate(hung, first):
+        if e.tilts:
+            about = DIRECTIONS.index(e.direction)
+            rise = lever((-e.point[0], -e.point[1], 0.0))[DIRECTIONS.index("z"), about]
+            rows[about, k], rows[DIRECTIONS.index("z"), k], read[k] = 1.0, rise, e.read * rise
+    return rows, read
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from checks.gap.decision.result import EXPLAINED, NO_MISSING, Result
 from checks.gap.workflow import Inputs, run
 from checks.model import Model
 from checks.model.joint_prior import JointPrior
-from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, fewer, recorded, strut
+from tests.checks.gap.shared.gap_cases import FS, TOLERANCE, drawn, recorded, strut
 
 DX, DY = "misalignment.dx_um", "misalignment.dy_um"
 COMMON = {DX: -39.0, DY: 61.0}
@@ -26,7 +26,7 @@ def learned() -> Model:
 
 def analysed(model: Model, dx: float, dy: float) -> Result:
     truth = drawn(5).with_values({DX: dx, DY: dy})
-    return run(fewer(Inputs(model=model, A=recorded(truth, 10), B=recorded(truth, 11), fs=FS)), lambda _: None)
+    return run(Inputs(model=model, A=recorded(truth, 10), B=recorded(truth, 11), fs=FS), lambda _: None)
 
 
 @pytest.mark.parametrize("away", [0.0, 1.0])

@@ -53,14 +53,14 @@ class TestAliases:
 
     def test_a_short_delay_is_an_amplifier_far_above_the_band(self) -> None:
         """Of first order or of second: far below its corner each is a delay."""
-        result = run(fewer(inputs(5, {"loop_delay": {"tau_us": 12.0}})), quiet)
+        result = run(inputs(5, {"loop_delay": {"tau_us": 12.0}}), quiet)
         assert result.verdict == "ambiguous"
         assert set(result.ambiguous[0].effects) == {"loop_delay", "amplifier_bandwidth", "amplifier_second_order"}
         assert "dummy" in result.ambiguous[0].experiment
 
     def test_and_what_data_tell_is_named(self) -> None:
         """The strut's own stiffness is known, so its payload is no alias of anything."""
-        result = run(fewer(inputs(5, {"payload_mass": {"kg": 0.8}})), quiet)
+        result = run(inputs(5, {"payload_mass": {"kg": 0.8}}), quiet)
         assert [n.effect for n in result.named] == ["payload_mass"]
         agreed = all(gap.G <= 1.0 for gap in result.gap_before.channels.values())
         why = [note for note in result.notes if note.startswith("without what is named the model agrees as well")]

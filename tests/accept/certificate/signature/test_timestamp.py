@@ -270,3 +270,9 @@ def test_an_answer_that_would_not_verify_signs_nothing(
     with responder([tsa], how) as url, pytest.raises(SigningRefused, match=WRONG[how]) as e:
         sign(bench.unsigned, bench.technician, WHEN, stamping=stamper(url))
     assert "nothing was signed" in str(e.value)
+
+
+def test_an_authority_that_is_not_there_tells_no_secret(bench: Bench) -> None:
+    with pytest.raises(SigningRefused, match="it cannot be reached") as e:
+        sign(bench.unsigned, bench.technician, WHEN, stamping=stamper("http://127.0.0.1:1/?token=s3cr3t"))
+    assert "s3cr3t" not in str(e.value)

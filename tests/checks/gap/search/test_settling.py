@@ -20,7 +20,7 @@ from checks.gap.modelling.element import element
 from checks.gap.workflow import run
 from checks.model import Model
 from tests.checks.gap.search.test_elements import BELLOWS, exact, found, hiding, parts, truth
-from tests.checks.gap.shared.gap_cases import CHANNELS, F, fewer, recorded
+from tests.checks.gap.shared.gap_cases import CHANNELS, F, recorded
 from validation.model_files import write_model
 from validation.sets import Set
 from validation.shell import PUBLIC
@@ -43,7 +43,7 @@ def asked(result: Result) -> tuple[str, float | None]:
 
 
 def second(elements: dict[str, float], *given: ConditionTrial) -> Result:
-    return run(fewer(replace(hiding(elements), trials=given)), lambda _: None)
+    return run(replace(hiding(elements), trials=given), lambda _: None)
 
 
 @pytest.mark.parametrize(("hidden", "at_top"), [(BELLOWS, False), (PULLED, True)])
