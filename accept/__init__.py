@@ -46,8 +46,7 @@ if TYPE_CHECKING:
 
 
 def _strangers() -> str:
-    """Return, in one line, which foreign module is imported in place of one of the program's, "" if there is no such
-    module.
+    """Return, in one line, which foreign module is imported in place of one of the program's, "" for none.
 
     `checks`, `hw` and `specs` are common names: a `checks.py` beside a script comes before the installed package.
     """

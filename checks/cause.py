@@ -269,8 +269,7 @@ def record_label(name: str) -> str:
 
 @dataclass(frozen=True)
 class Reason:
-    """A cause with its parameters. record: the check's input that it is about; file: of that record; also: what else is
-    wrong at the same time."""
+    """A cause with its parameters. record: the input that it is about; file: of that record; also: further causes."""
 
     cause: Cause
     parameters: Mapping[str, Any] = field(default_factory=dict)

@@ -123,8 +123,7 @@ class Form:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or list that a spec may set for a check under `settings`, with its default and its meaning. positive:
-    whether it, or each of its numbers, must be above zero."""
+    """A number or list under a check's `settings` of a spec, with default and meaning. positive: above zero."""
 
     name: str
     default: Any
@@ -182,7 +181,6 @@ class Check:
 
     @property
     def labels(self) -> dict[str, str]:
-        """Return name -> label of every quantity."""
         given = self.quantities if isinstance(self.quantities, Mapping) else {}
         return {name: given.get(name) or label_from_name(name) for name in self.quantities}
 

@@ -32,7 +32,6 @@ class chi2:
 
     @staticmethod
     def median(dof: Any) -> Any:
-        """Return the median."""
         return chi2.ppf(0.5, dof)
 
     @staticmethod

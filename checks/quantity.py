@@ -45,9 +45,9 @@ class Quantity:
         return unit_of(self.name)
 
     @classmethod
-    def of(cls, name: str, value: float, *budget: Contribution, note: str | None = None) -> "Quantity":
-        """Return the quantity whose U is twice the root of the sum of squares of its budget; U is unknown without a
-        budget."""
+    def of(cls, name: str, value: float, *stated: Contribution | None, note: str | None = None) -> "Quantity":
+        """Return the quantity whose U is twice the root sum of squares of its budget; unknown without a budget."""
+        budget = tuple(c for c in stated if c is not None)
         U = COVERAGE_FACTOR * math.hypot(*(c.u for c in budget)) if budget else None
         return cls(name, float(value), U, budget, note=note)
 
@@ -56,8 +56,7 @@ class Quantity:
         return cls(name, math.nan, reason=because(reason) if isinstance(reason, Cause) else reason)
 
     def doubted(self, cause: Cause, **parameters: Any) -> "Quantity":
-        """Return the same value with an unknown uncertainty, so that it cannot pass; outside its limits it fails as
-        before."""
+        """Return the value with an unknown uncertainty, so that it cannot pass; outside its limits it fails."""
         doubt = because(cause, **parameters)
         return replace(self, U=None, note=str(doubt), doubt=doubt)
 

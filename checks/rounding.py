@@ -8,8 +8,7 @@ LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 
 def decimals_of(U: float) -> int:
-    """Return the number of decimals that leave two digits of U ([JCGM100] 7.2.6), negative for tens and hundreds; U
-    finite and above 0.
+    """Return how many decimals leave two digits of U ([JCGM100] 7.2.6), negative for tens; U finite and above 0.
 
     The count is that of the rounded U: 0.0999 has two digits in 0.100."""
     return 1 - int(f"{U:.1e}".split("e")[1])
@@ -23,8 +22,7 @@ def rounded(value: float, U: float | None) -> str:
 
 
 def with_U(value: float, U: float) -> str:
-    """Return `93.918 ± 0.019`; or `0.2957 ± less than 0.0001` if U is above 0 but under a ten thousandth of the
-    value."""
+    """Return `93.918 ± 0.019`; `0.2957 ± less than 0.0001` if U is above 0 but under 1e-4 of the value."""
     if not 0.0 < U < BELIEVED * abs(value) or not math.isfinite(value) or abs(value) >= LARGE:
         return f"{rounded(value, U)} ± {rounded_U(U)}"
     decimals = 3 - math.floor(math.log10(abs(value)))

@@ -94,8 +94,7 @@ class Finding:
     inputs: Annotated[tuple[UsedInput, ...], Field(exclude_if=lambda inputs: not inputs)] = ()
 
     def weakened(self, why: Reason) -> "Finding":
-        """Return the finding with this reason, and conditional instead of a pass; a finding without a result is
-        unchanged."""
+        """Return the finding with this reason, conditional instead of a pass; one without a result is unchanged."""
         if self.verdict is Verdict.NO_RESULT:
             return self
         cause = together([*([] if self.cause is None else [self.cause]), why])
@@ -137,8 +136,7 @@ def judge(check: str, quantity: Quantity, limit: Limit, required: bool = True) -
 
 
 def _only_a_bound(quantity: Quantity, limit: Limit, verdict: Verdict) -> str | None:
-    """Return a note if the value is not larger than its own U and has an upper limit only: the value is then a
-    bound."""
+    """Return a note if the value is at most its own U and has an upper limit only: it is then a bound."""
     value, U = quantity.value, quantity.U
     if verdict is not Verdict.PASS or limit.lower is not None or not U or U < abs(value):
         return None
@@ -206,8 +204,7 @@ def outside_reason(value: float, U: float, limit: Limit) -> Reason:
 
 
 def probability_outside(value: float, U: float, limit: Limit) -> float:
-    """Return P(true value outside the limits) for a normal with mean `value` and standard deviation U / 2 ([JCGM106]
-    7.4)."""
+    """Return P(true value outside the limits): normal, mean `value`, standard deviation U / 2 ([JCGM106] 7.4)."""
     lower, upper = limit.bounds
     u = U / COVERAGE_FACTOR
     if u == 0.0:
@@ -216,8 +213,7 @@ def probability_outside(value: float, U: float, limit: Limit) -> float:
 
 
 def probability_of_false_acceptance(value: float, U: float | None, limit: Limit, verdict: Verdict) -> float | None:
-    """Return the specific consumer's risk ([JCGM106] 9.3.2): P(the true value of an accepted finding is outside its
-    limits).
+    """Return the specific consumer's risk ([JCGM106] 9.3.2): P(true value of an accepted finding outside its limits).
 
     0 for a failed finding, which is not accepted; None if U is unknown."""
     if verdict is Verdict.FAIL:

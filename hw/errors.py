@@ -1,5 +1,4 @@
-"""Errors between the bench and an instrument. Every text names the instrument or port, the bytes received and those
-expected. None of these errors carries a reading."""
+"""Errors between the bench and an instrument. Each names instrument or port, bytes received and expected."""
 
 from specs.errors import AcceptError
 

@@ -121,8 +121,7 @@ SOCKET = re.compile(r"TCPIP\d*::(?P<host>[^:]+|\[[\da-fA-F:]+\])::(?P<number>\d{
 
 
 def visa_opener(library: str, timeout_s: float) -> Any:
-    """Return a function that opens VISA resources, by a library such as "@py". Raises SettingsError without the extra
-    `visa`.
+    """Return an opener of VISA resources, by a library such as "@py". Raises SettingsError without the extra `visa`.
 
     `TCPIP::host::number::SOCKET` is a plain connection and opened as one: VISA libraries wait for the end of a line
     however long the other end sends, and drop half an answer."""

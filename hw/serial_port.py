@@ -75,8 +75,7 @@ class DamagedCharacter(Exception):
 
 
 def open_serial(settings: LineSettings) -> Port:
-    """Open a port whose damaged characters are marked. Raises OSError (pyserial's SerialException is one), and
-    SettingsError if the port does not take the settings."""
+    """Open a port, its damaged characters marked. Raises OSError, SettingsError for its settings."""
     try:
         opened = serial.Serial(
             port=settings.port,

@@ -1,5 +1,4 @@
-"""The bench file: which instruments there are, how they are connected, how accurate, until when calibrated; and how the
-rig writes its records."""
+"""The bench file: its instruments, their connection, accuracy and calibration; and how the rig writes its records."""
 
 import datetime
 from collections.abc import Mapping
@@ -229,8 +228,7 @@ class RigEntry(Strict):
 
 class BenchDocument(Strict):
     """The TOML document. stage: file of a simulated bench with the technician's actions. rig: form of the real-time
-    rig's records. values: section -> numbers beside a unit's records, at this bench. recorders: those that this program
-    controls."""
+    rig's records. values: section -> numbers beside a unit's records. recorders: those that this program controls."""
 
     name: Words
     stage: Words | None = None

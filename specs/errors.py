@@ -1,5 +1,4 @@
-"""The roots of every error that a person can cause or mend; its text states the fault and the remedy, at bounded length
-whatever was in the file."""
+"""The roots of every error that a person can cause or mend: its text states fault and remedy, at bounded length."""
 
 from collections.abc import Sequence
 from pathlib import Path

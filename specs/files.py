@@ -21,8 +21,7 @@ log = logging.getLogger("accept.files")
 def read_bounded(path: Path, limit: int = TEXT_BYTES) -> bytes:
     """Return all bytes of a regular file of at most `limit` bytes.
 
-    A pipe would wait for ever and a device never ends: neither is read. Raises OSError, whose `strerror` states the
-    reason."""
+    A pipe or a device is not read: it may never end. Raises OSError, whose `strerror` states the reason."""
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         found = os.fstat(handle)

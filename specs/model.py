@@ -110,7 +110,6 @@ class ModelSpec(ModelDocument):
 
     @property
     def apa_file(self) -> Path | None:
-        """Return the superelement's file, or None."""
         return Path(self.folder) / self.apa.file if isinstance(self.apa, ApaSuperelement) else None
 
 

@@ -94,8 +94,7 @@ MOST_MODES = 1000  # fifteen times those of an APA300ML below 30 kHz
 
 
 class ModeScatter(Strict):
-    """Scatter of the free elastic modes of an APA from unit to unit: 1 sd, relative, of each mode's frequency and of
-    its damping ratio."""
+    """Scatter of an APA's free elastic modes from unit to unit: 1 sd, relative, of each frequency and damping ratio."""
 
     frequency: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)]
     damping: Annotated[float, Field(ge=0, le=1.0, allow_inf_nan=False)]
@@ -103,8 +102,7 @@ class ModeScatter(Strict):
 
 class ApaOfModes(_numbers("apa", "apa of modes")):  # type: ignore[misc]
     """An APA with free elastic modes. mode_stiffness, mode_damping: factors on stiffness and damping of the first
-    modes, by rising frequency, as far as this unit or its batch is known; with a sd of their own or that of the
-    scatter."""
+    modes, by rising frequency, as far as known; with a sd of their own or that of the scatter."""
 
     mode_scatter: ModeScatter | None = None
     mode_stiffness: Annotated[list[Number], Field(max_length=MOST_MODES)] = Field(default_factory=list)

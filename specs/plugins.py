@@ -159,8 +159,7 @@ def _is_installed(top: str) -> bool:
 
 
 def _entries(group: str) -> list[EntryPoint]:
-    """Return the plug-ins of a group by name, without those in the working folder, which may contain data, unless
-    PYTHONPATH names it."""
+    """Return the plug-ins of a group by name, without those in the working folder, unless PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
     here = None if Path.cwd() in named else Path.cwd()
     found = sorted(_installed(tuple(sys.path))[group], key=lambda e: (e.name, e.value))
@@ -223,8 +222,7 @@ def remove_product(name: str) -> None:
 
 
 def product_problem(product: Any) -> str:
-    """Return the fault of a product of another package, "" if it is valid. Spec and model are read at their first
-    use."""
+    """Return the fault of a product of another package, "" if it is valid. Spec and model are read later."""
     if not isinstance(product, Product):
         return f"is a {type(product).__name__}, expected a Product"
     if not PRODUCT_NAME.fullmatch(product.name):

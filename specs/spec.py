@@ -49,8 +49,7 @@ class Limit(Strict):
 
 class StatedU(Strict):
     """Expanded uncertainty (k = 2) of a value typed without one: absolute in the value's unit, or in percent of the
-    value. percent_per_C: how much the quantity changes with temperature, whose distance from reference_C is then part
-    of the budget."""
+    value. percent_per_C: its change with temperature, whose distance from reference_C is then in the budget."""
 
     U: Positive | None = None
     U_percent: Positive | None = None
@@ -135,9 +134,8 @@ class LearnedBenchLimits(Strict):
 
 
 class SpecDocument(Strict):
-    """The TOML document of a spec. gap: `accept batch` and `accept report` search the missing effect if a unit's
-    responses do not fit the model. learned_bench: a finding is conditional at best by a model without learned bench, or
-    with too old a one."""
+    """The TOML document of a spec. gap: the missing effect is searched if responses do not fit the model.
+    learned_bench: a finding is conditional at best by a model without learned bench, or with too old a one."""
 
     name: Words
     kind: Words
@@ -174,7 +172,6 @@ class Spec(SpecDocument):
 
     @property
     def instruments(self) -> dict[str, str]:
-        """Return check -> the instrument that the spec requires for it."""
         return {name: check.instrument for name, check in self.checks.items() if check.instrument}
 
 

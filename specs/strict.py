@@ -72,8 +72,7 @@ def toml_of(raw: bytes) -> dict[str, Any]:
 
 
 def check_toml_bounds(raw: bytes) -> None:
-    """Raise ValueError for bytes that a TOML parser would take long for: too many, or a key of too many parts
-    (quadratic time)."""
+    """Raise ValueError for bytes that a TOML parser takes long for: too many, or too many parts in a key."""
     if len(raw) > MAX_TOML_BYTES:
         raise ValueError(f"is larger than {MAX_TOML_BYTES} bytes")
     if any(part.count(b".") > MAX_KEY_PARTS for part in _BETWEEN_DOTTED.split(raw)):

@@ -308,8 +308,7 @@ def to_control(found: StateSpace, pade: int | None = None) -> Any:
 
 @checked
 def save_ss(found: StateSpace, file: str | Path) -> Path:
-    """Write a state space as a MATLAB file that one line opens as `ss`. Raises ModelError for another ending than
-    .mat."""
+    """Write a state space as a MATLAB file that one line opens as `ss`. Raises ModelError unless it ends in .mat."""
     if not isinstance(found, StateSpace):
         raise ArgumentError(f"save_ss takes what to_ss returned, not a {type(found).__name__}")
     return save_state_space(found, _file(file))

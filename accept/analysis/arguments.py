@@ -48,8 +48,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def check_argument(function: str, name: str, value: Any, hint: Any) -> None:
-    """Raise ArgumentError if a value has none of the plain types of a hint. Other types are checked where they are
-    used."""
+    """Raise ArgumentError if a value has none of the plain types of a hint. Others are checked where used."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     words = [WORDS[get_origin(k) or k] for k in kinds if (get_origin(k) or k) in WORDS]
     if len(words) < len(kinds) or any(_is_of_kind(value, k) for k in kinds):

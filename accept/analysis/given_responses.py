@@ -59,8 +59,7 @@ def dataset(
 def responses_given(
     given: Given, tolerance: float, f_lo: float, f_hi: float, channels: Sequence[str] = CHANNELS
 ) -> Responses:
-    """Return responses as those of a unit, over f_lo..f_hi [Hz]. tolerance, channels: of the model to compare with.
-    Raises RecordError if no channel remains."""
+    """Return responses as of a unit, over f_lo..f_hi [Hz]. tolerance, channels: of the model. Raises RecordError."""
     if isinstance(given, Responses):
         second = None if given.second is None else _part(given.second, tolerance, f_lo, f_hi, channels)
         return replace(given, first=_part(given.first, tolerance, f_lo, f_hi, channels), second=second)

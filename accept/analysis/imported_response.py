@@ -19,8 +19,7 @@ DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
 
 @dataclass(frozen=True, eq=False)
 class ImportedResponse(MeasuredResponse):
-    """Response of a file without record. Variance and coherence are NaN if the file states none; there are no second
-    realisation and no resonances."""
+    """Response of a file without record: no second realisation, no resonances; variance and coherence may be NaN."""
 
     file: str
     sha256: str
@@ -46,8 +45,7 @@ def import_response(
 
     input: name of the input; if empty that of the file, else by its unit (force for N), else Va; names: channel here ->
     in the file; averages: segments behind the coherence that the file states; noise: relative standard deviation of H,
-    if the file states neither variance nor averages. Raises RecordError, also for the complex conjugate of a
-    response."""
+    if the file states none. Raises RecordError, also for the complex conjugate of a response."""
     if averages is not None and not averages >= 2.0:
         raise RecordError(f"averages = {averages:g}: a variance needs two or more")
     if noise is not None and not 0.0 < noise < 1.0:
@@ -127,8 +125,7 @@ def _noise(
 @dataclass(frozen=True)
 class ResponseDifference:
     """Difference of two responses of a channel, relative to the second [1]: median and largest |H1/H2 - 1|, the
-    frequency [Hz] of the largest, and in how many of the bins both agree within their 95 % regions (None: noise not
-    known)."""
+    frequency [Hz] of the largest, and the share of bins in which both agree within 95 % (None: noise not known)."""
 
     channel: str
     bins: int

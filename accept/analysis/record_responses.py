@@ -50,8 +50,7 @@ class MeasuredResponse(RecordResponse):
         return pd.DataFrame(columns, index=pd.Index(frf.f, name="f_Hz"))
 
     def to_xarray(self) -> Any:
-        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError without
-        xarray."""
+        """Return a Dataset over f_Hz and channel: H, coherence, var; units as coordinates. Raises RecordError."""
         try:
             import xarray as xr
         except ImportError as e:
@@ -106,8 +105,7 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record, and report the mapping and conversion of its columns. mapped_only: read the channels of `channels`
-    only. Raises RecordError."""
+    """Read a record. mapped_only: only the channels of `channels`. Raises RecordError."""
     record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
     for words in record.remarks:
         say(f"{words}; {record.t.size} samples, {record.fs:.6g} Hz")
@@ -124,8 +122,7 @@ def responses_of(records: Sequence[Record], wanted: EstimatorSettings) -> list[M
 
 
 def vet_sizes(record: Record) -> None:
-    """Raise RecordError for implausible sizes: a motion that can only be in nm, um or mm, a drive beyond any
-    converter."""
+    """Raise RecordError for implausible sizes: a motion in nm, um or mm, a drive beyond any converter."""
     if wrong := size_faults(record):
         raise RecordError(together(wrong).within("", record.name))
 

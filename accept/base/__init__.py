@@ -1,2 +1,1 @@
-"""The base of all packages: files that are whole or absent, exit codes, the home folder, the console, other processes
-and machines."""
+"""The base of all packages: whole files, exit codes, the home folder, the console, other processes and machines."""

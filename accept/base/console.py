@@ -27,7 +27,6 @@ class PlainConsole(Console):
     imitate an answer; its own colours stay."""
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as rich does."""
         super().print(*map(_on_one_line, objects), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
@@ -43,8 +42,7 @@ stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None
 
 
 def say(words: str) -> None:
-    """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name cannot
-    imitate a line of the program."""
+    """Write a message to stderr, so that stdout stays data; further lines are indented: no name imitates a line."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 

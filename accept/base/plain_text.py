@@ -1,5 +1,4 @@
-"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output, and the one
-place that takes secrets out of addresses."""
+"""Words from elsewhere for a terminal, a log or a table: the one escaping, and the one place that hides secrets."""
 
 import re
 from collections.abc import Sequence
@@ -14,8 +13,7 @@ def one_line(text: str) -> str:
 
 
 def as_utf8(text: str) -> str:
-    """Return text that every document and store accepts. Bytes of a file name that are not UTF-8 (half surrogates in
-    Python) are escaped."""
+    """Return text that every document and store accepts: bytes that are not UTF-8 (half surrogates) are escaped."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 

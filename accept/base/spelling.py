@@ -35,8 +35,7 @@ def look_key(serial: str) -> str:
 
 
 def look_alike(serial: str, other: str) -> bool:
-    """Return whether two serials are easily confused. Not if a letter in one is a digit in the other and also the
-    reverse, as in B-8 and 8-B."""
+    """Return whether two serials are easily confused. Not B-8 and 8-B: a letter for a digit, and also the reverse."""
     if _looks(serial) == _looks(other):
         one, two = (spelling_key(each).replace("w", LOOKS["w"]) for each in (serial, other))
         pairs = [(a, b) for a, b in zip(one, two, strict=True) if a.isdigit() != b.isdigit()]

@@ -1,5 +1,4 @@
-"""`accept -v`: files and ports that the program opens, on stderr; `-vv`: also every byte on the lines and the
-libraries' logs."""
+"""`accept -v`: files and ports that the program opens, on stderr; `-vv`: also every byte and the libraries' logs."""
 
 import atexit
 import logging
@@ -20,8 +19,7 @@ log = logging.getLogger("accept")
 
 
 def begin(level: int, command: str | None) -> None:
-    """Log from now on: level 1 opened files and ports, 2 everything. On stderr; for a command that fills the screen in
-    a new file next to the log of faults."""
+    """Log from now on: level 1 opened files and ports, 2 everything. On stderr; for a full screen in a new file."""
     handler = logging.StreamHandler(sys.stderr) if command not in FULL_SCREEN else _file_handler()
     handler.setFormatter(_Plain("%(asctime)s.%(msecs)03d %(name)s: %(message)s", "%H:%M:%S"))
     root = logging.getLogger() if level > 1 else log

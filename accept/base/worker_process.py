@@ -1,5 +1,4 @@
-"""The start of every worker process of a batch: it leaves Ctrl-C to the program that asked and ends with it, and it
-is given so much memory.
+"""The start of a worker process: it leaves Ctrl-C to the program that asked, ends with it, and has so much memory.
 
 The end of the program is watched for by a thread, on every system alike. Linux could send a signal instead
 (PR_SET_PDEATHSIG), but when the *thread* ends that started the worker, and that may be long before the program does."""

@@ -31,9 +31,7 @@ class Job(Protocol):
     @property
     def out(self) -> Path | None: ...
 
-    def run(self) -> Any:
-        """Do the job and return its outcome."""
-        ...
+    def run(self) -> Any: ...
 
 
 J = TypeVar("J", bound=Job)

@@ -117,8 +117,7 @@ def measured_line(panel: Panel) -> Line | None:
 
 
 def _curve(name: str, per: dict[str, Line]) -> Comparison:
-    """Return the comparison of each curve's rms distance in dB from the fleet's median; outliers are those too far,
-    never those too near."""
+    """Return the comparison of each curve's rms distance in dB from the fleet's median; only far ones are outliers."""
     distance = distances([(line.x, line.y) for line in per.values()])
     # A sum of squares to the power 1/3 is nearly normal [WH31], as the test asks.
     even = distance ** (2 / 3)
@@ -139,8 +138,7 @@ def distances(curves: Sequence[tuple[Array, Array]]) -> Array:
 
 
 def pictures(results: Sequence[UnitRecord], fleet: Fleet) -> list[Panel]:
-    """Return the quantities as scores, then overlays of the curves; units that stand out in a curve are drawn last, and
-    named.
+    """Return the quantities as scores, then overlays of the curves; units that stand out are drawn last, and named.
 
     Loops and steps are overlaid, not scored: their numbers are among the quantities.
     """

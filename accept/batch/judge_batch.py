@@ -84,7 +84,6 @@ class Roster:
         self._file.execute(f"UPDATE unit SET refused = 1 WHERE key IN ({twice})")
 
     def folders(self) -> Iterator[Path]:
-        """Yield the folders of the units that are not refused, by serial."""
         rows = self._file.execute("SELECT path FROM unit WHERE refused = 0 ORDER BY serial")
         return (Path(path) for (path,) in rows)
 
@@ -133,8 +132,7 @@ class Roster:
         return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
 
     def count(self, which: str = "refused = 0") -> int:
-        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, `unchanged` for those
-        judged before."""
+        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, or `unchanged`."""
         found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
         return found[0]
 
@@ -176,15 +174,13 @@ class BatchRequest:
     ask_reason: Callable[[str], str | None] = lambda _: None
 
     def certificate(self, serial: str) -> Path | None:
-        """Return the path of a unit's certificate, None if none is wanted."""
         return None if self.credential is None else self.out / CERTIFICATES / f"{serial}.pdf"
 
 
 @dataclass
 class BatchReport:
     """The report of a batch. units: those of results.json in order of serial, if they are few enough to be held
-    (`WHOLE`); verdicts: how many units have which; refused folders; unchanged: how many were as they had been
-    judged."""
+    (`WHOLE`); verdicts: how many have which; refused folders; unchanged: how many were judged before."""
 
     units: list[ListedUnit] = field(default_factory=list)
     verdicts: Counter[str] = field(default_factory=Counter)
@@ -246,8 +242,7 @@ class _Batch:
         self.built: dict[str, tuple[UnitHeader, Sequence[str]]] = {}  # with parts, and the doubts that were stated
 
     def enrol(self) -> None:
-        """Put the units that can be judged into the roster; refuse the others. Two folders of one serial are
-        both refused."""
+        """Put the units that can be judged into the roster; refuse the others, and folders that share a serial."""
         for address, reason in self.request.refused:
             self._refuse(address, reason)
         for path in self.request.paths:
@@ -322,8 +317,7 @@ class _Batch:
 
     def settle_doubted_again(self) -> None:
         """Settle again the units of this run that share a recording with a later one, or whose part was judged or built
-        in elsewhere after them, before their first results are handed on. For units of other runs report that their
-        results are invalid."""
+        in elsewhere after them, before their first results are handed on. Report those of other runs as invalid."""
         for serial in sorted(set(self.doubted)):
             self._settle_again(serial, "a recording that is also another unit's")
         for serial, (strut, stated) in sorted(self.built.items()):

@@ -61,9 +61,8 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class StoredJudgement:
-    """A judgement that is stored. result: with its reservations; seq: number of its event; weakened: serials of other
-    units that share its recordings, and whose results are invalid; unsigned: why no certificate was written, "" if it
-    was or none was wanted."""
+    """A judgement that is stored. result: with its reservations; seq: number of its event; weakened: serials of units
+    that share its recordings: invalid; unsigned: why no certificate was written, "" if it was or none was wanted."""
 
     result: UnitRecord
     seq: int
@@ -102,8 +101,7 @@ class Pipeline:
         self._ask_reason = ask_reason
 
     def ask(self, unit: UnitFolder) -> Known:
-        """Ask the store for what it knows of a unit. Raises UnitError if the store cannot hold such a unit,
-        BenchStopped, StoreError."""
+        """Ask the store for what it knows of a unit. Raises UnitError, BenchStopped, StoreError."""
         self.services.check_may_judge(unit.serial, known=True)  # asked again when the verdict is stored
         past = self.events(unit.serial)
         # Of two serials that the store knows both have been here since before this was looked at.
@@ -275,8 +273,7 @@ class Pipeline:
         return same and self.services.same_calibration(last.result.calibration, self.statement_of(unit, last.result))
 
     def _unchanged(self, unit: UnitFolder, last: UnitState) -> bool:
-        """Return whether the last judgement has no certificate and was made by the same person of the same inputs, spec
-        and code."""
+        """Return whether the last judgement has no certificate and the same person, inputs, spec and code."""
         if last.certificate is not None or last.who != self.operator:
             return False
         return last.unchanged(unit.input_hashes(), self.specs[unit.kind].sha256, code_sha256())

@@ -63,8 +63,7 @@ class JudgingOrder:
 
     @abstractmethod
     def judge(self, say: Say = lambda _: None) -> Judgement:
-        """Judge the unit, explain its responses, and hand on the files that its certificate attaches. Raises UnitError,
-        ContentError."""
+        """Judge the unit, explain its responses, and hand on the attached files. Raises UnitError, ContentError."""
 
     @abstractmethod
     def run(self) -> Judgement | Refusal:
@@ -72,13 +71,11 @@ class JudgingOrder:
 
     @abstractmethod
     def contents(self, judgement: Judgement, stated: Any = None) -> Any:
-        """Return what the certificate of a judgement states, beside its provenance. Raises ContentError if an input is
-        gone or was changed."""
+        """Return what a judgement's certificate states, beside provenance. Raises ContentError for a changed input."""
 
 
 class JudgingPort(Protocol):
-    """The services of the bench for its pipeline, with its keys or without. Those that read the store raise
-    StoreError."""
+    """The services of the bench for its pipeline, with keys or without. Readers of the store raise StoreError."""
 
     @property
     def signs(self) -> bool:

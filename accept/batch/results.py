@@ -14,7 +14,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from datetime import datetime
 from pathlib import Path
-from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any
 
 from accept.base.atomic_files import write_atomic, writing_atomic
@@ -64,8 +63,7 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as a cell: a text that a spreadsheet would take for a formula gets an apostrophe in front, and
-    control characters that would move the cursor are removed."""
+    """Return a value as a cell: an apostrophe before what looks like a formula, no control characters."""
     if not isinstance(value, str):
         return value
     text = _clean(value)
@@ -74,8 +72,7 @@ def _cell(value: Any) -> Any:
 
 def junit_unit(unit: ListedUnit) -> bytes:
     """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
-    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
-    change it."""
+    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output."""
     cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
     cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
     failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)
@@ -113,8 +110,7 @@ def _element(suite: ET.Element) -> bytes:
 
 
 def _clean(text: str) -> str:
-    """Return text with a question mark for each control character, which XML 1.0 does not allow; a damaged file's name
-    or message may hold some."""
+    """Return text with a question mark for each control character, which XML 1.0 does not allow."""
     return "".join(c if c in "\t\n" or (c.isprintable() and c <= "\U0010ffff") else "?" for c in text)
 
 
@@ -161,10 +157,8 @@ class Results:
             shutil.rmtree(self._part(name), ignore_errors=True)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._open.__exit__(kind, error, trace)
+    def __exit__(self, *raised: Any) -> None:
+        self._open.__exit__(*raised)
 
     def add(self, unit: ListedUnit, *, attempt: int, time: str, operator: str) -> None:
         """Add a unit, and of its judgement: which attempt of the serial, when (UTC, ISO 8601), by whom."""
@@ -230,8 +224,7 @@ def _findings(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
 
 
 def _units(rows: Sequence[Mapping[str, Any]]) -> "pa.Table":
-    """Return a row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its whole entry as
-    JSON."""
+    """Return a row per unit: serial, kind, verdict, certificate, attempt, time and operator, and its entry as JSON."""
     import pyarrow as pa
 
     timed = [{**row, "time": datetime.fromisoformat(row["time"])} for row in rows]

@@ -45,15 +45,13 @@ def units_table(units: Sequence[UnitRecord], extra: dict[str, dict[str, str]] | 
 
 
 def reasons(units: Sequence[UnitRecord]) -> list[str]:
-    """Return a line per reason why findings are no pass (unit, quantities, verdict, reason), and below it what to
-    do."""
+    """Return a line per reason why findings are no pass (unit, quantities, verdict, reason), each with what to do."""
     return [line for unit in units for line in _reasons(unit)]
 
 
 def _reasons(unit: UnitRecord) -> Iterator[str]:
     """Yield what holds the unit and what was decided about it, then the reasons, each once with all quantities that
-    have it; of several, a later line has those that are new. What was said as the unit's action, or above, is not said
-    again."""
+    have it; of several, a later line has those that are new. What was said above is not repeated."""
     yield from (f"{unit.serial}: {HELD}: {words}" for words in unit.nonconformances)
     yield from (f"{unit.serial}: {words}" for words in stated_words(unit.dispositions))
     alike: dict[tuple[str, ...], list[Finding]] = {}

@@ -12,8 +12,7 @@ from specs.spec import StatedU
 
 @dataclass(frozen=True)
 class CaptureSetup:
-    """The inputs of a recipe. accuracy: of the instrument, from the bench file; known: values of the section that are
-    not asked for."""
+    """The inputs of a recipe. accuracy: of the instrument, by the bench file; known: values that are not asked for."""
 
     read: ReadingLoop
     actions: OperatorActions

@@ -1,5 +1,4 @@
-"""Names and values for the completion of a shell. Nothing here loads what a command needs: it answers while a key is
-held."""
+"""Names and values for the completion of a shell. Nothing here loads what a command needs."""
 
 import os
 import sqlite3

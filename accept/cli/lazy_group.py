@@ -37,8 +37,7 @@ def command_of(function: Callable[..., int]) -> Callable[..., None]:
 @dataclass(frozen=True)
 class Command:
     """A command that is imported when it runs. place: `module:function` in accept.commands; about: the first sentence
-    of the function's docstring; values: what its arguments are, by the names of `accept.cli.completion`, for the
-    shell."""
+    of the function's docstring; values: of its arguments, by the names of `accept.cli.completion`."""
 
     place: str
     about: str
@@ -53,9 +52,8 @@ class Group:
 
 
 class AsTyped:
-    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For all
-    others the library's own converter takes its place, which pydantic builds: the import of that takes longer than the
-    rest of a command line."""
+    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For others
+    the library's own converter takes its place: its import takes longer than the rest of a command line."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """Return the value of a parameter. Raises typer.BadParameter."""
@@ -103,8 +101,7 @@ class LazyGroup(TyperGroup):
         return entry and self.commands[cmd_name]
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return name, command and arguments of the command that is called; this imports it, but not for a shell that
-        completes a word."""
+        """Return name, command and arguments of the called command; imported, but not to complete a word."""
         name, command, rest = super().resolve_command(ctx, args)
         entry = self.table.get(str(name))
         if ctx.resilient_parsing and isinstance(entry, Command):
@@ -132,8 +129,7 @@ class LazyCommands(Mapping[str, Any]):
 
 
 class CompletingCommand(TyperCommand):
-    """A command while a shell completes its words. Its options are those of the command itself, which is loaded for
-    them alone."""
+    """A command while a shell completes its words. Its options are those of the command itself."""
 
     entry: Command
 

@@ -163,7 +163,6 @@ class Program(LazyGroup):
         super().__init__(table=COMMANDS, **settings)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - as typer calls it
-        """Write the commands by who uses them."""
         width = max(map(len, COMMANDS))
         for user, commands in USERS.items():
             with formatter.section(user):

@@ -71,8 +71,7 @@ class FindingsTable:
         self.words: dict[str, dict[str, int]] = {name: {} for name in TEXTS}
 
     def add(self, events: Iterable[Event]) -> None:
-        """Add judgements and, to those that their judge signed, that no name was only typed. Raises StoreError if one
-        cannot be read."""
+        """Add judgements and, to those that their judge signed, that no name was only typed. Raises StoreError."""
         serials = list(self.words["serial"])
         attempts = Counter({serials[code]: n for code, n in Counter(self.columns["serial"]).items()})
         last = {serials[code]: row for row, code in enumerate(self.columns["serial"])}
@@ -120,7 +119,6 @@ class FindingsTable:
             self.columns[name].append(value)
 
     def arrays(self, names: Collection[str]) -> dict[str, Column]:
-        """Return these columns."""
         return {name: self._array(name) for name in names}
 
     def _array(self, name: str) -> Column:

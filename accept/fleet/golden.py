@@ -60,8 +60,7 @@ def name_golden(
     """Make a judged unit a golden one, with the mean of its last judgements as its reference.
 
     reason: why the reference of a golden unit is changed; signer: of quality assurance, if `needs_signature`. Raises
-    GoldenError if it has not been judged as expected or a signature is missing, DecisionError for a key of another
-    role."""
+    GoldenError if it was not judged as expected or lacks a signature, DecisionError for another role's key."""
     if expected not in EXPECTED:
         raise GoldenError(f"'{expected}' is not a verdict of a golden unit; write {' or '.join(EXPECTED)}")
     judged = [UnitJudged.of(event) for event in store.events(serial, UnitJudged.KIND)][-last:]

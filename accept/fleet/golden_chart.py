@@ -77,7 +77,6 @@ class GoldenTrend:
 
     @property
     def doubts(self) -> list[Doubt]:
-        """Return the days in doubt of each alarm."""
         return [self._doubt(alarm) for alarm in self.chart.alarms]
 
     def _doubt(self, alarm: Alarm) -> Doubt:

@@ -11,8 +11,7 @@ SIGNIFICANT = 1.0  # En above one: the two results disagree ([ISO13528] 9.7; U w
 
 
 def changes(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of a unit with the difference of each value from the attempt before, in the order of the
-    attempts.
+    """Return the rows of a unit with each value's difference from the attempt before, in the order of the attempts.
 
     An attempt that was declared void is compared with none. Adds change, En = change / sqrt(U1^2 + U2^2) and changed
     (True, False, or None if an uncertainty is unknown).

@@ -44,7 +44,6 @@ class Chosen:
     days: tuple[datetime.date | None, datetime.date | None] = (None, None)
 
     def of(self, rows: pd.DataFrame) -> pd.DataFrame:
-        """Return the rows of these units."""
         keep = is_between(rows, *self.days)
         if self.serials is not None:
             keep &= rows["serial"].isin(list(self.serials))

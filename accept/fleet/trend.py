@@ -63,8 +63,7 @@ DOUBT = "doubt"  # column, if there is one: why the bench was in doubt, as `gold
 
 @dataclass(frozen=True)
 class StoredBaseline:
-    """A baseline of the store, by whom and when it was set. problem: why no signature of quality assurance is behind
-    it, None if one is."""
+    """A baseline of the store, by whom and when it was set. problem: why quality assurance did not sign it, or None."""
 
     stated: BaselineSet
     who: str
@@ -110,8 +109,7 @@ def trends(
     chosen: pd.Series | None = None,
     unlike: Mapping[str, Mapping[str, Alarm]] | None = None,
 ) -> list[Trend]:
-    """Return the trends of a quantity, one for each group. Only first attempts count: a repair does not describe the
-    process.
+    """Return the trends of a quantity by group. Only first attempts count: a repair does not describe the process.
 
     frame: the whole history; chosen (rows of frame): the rows to show. baselines: group -> its baseline. unlike: by
     `unlike_values` of the chosen rows, if that is known: it is the same for every quantity. Raises FleetError if the
@@ -230,8 +228,7 @@ def _findable(base: Baseline, n: int, frozen: bool, scale: str, shared: float) -
 
 
 def _with_unlike(found: Sequence[Alarm], serials: Sequence[str], unlike: Mapping[str, Alarm]) -> list[Alarm]:
-    """Return alarms with those of values that are unlike the others of their unit; a value that is gross as well has
-    one alarm."""
+    """Return alarms with those of values that are unlike the others of their unit; one alarm if also gross."""
     at = {i: unlike[serial] for i, serial in enumerate(serials) if serial in unlike}
     gross = {a.first for a in found if a.rule == VALUE}
     said = [
@@ -339,8 +336,7 @@ def whose(place: Place | None, only: str = "") -> str:
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
-    """Return group -> the baseline that was set last for a quantity; one that is not signed replaces none that is.
-    Raises StoreError."""
+    """Return group -> the baseline that was set last for a quantity, a signed one before others. Raises StoreError."""
     by_key = dict[str, StoredBaseline]()
     for event in store.events(what=BaselineSet.KIND):
         stated = BaselineSet.of(event)
@@ -381,8 +377,7 @@ def set_baseline(
 
 
 def summary(t: Trend, points: bool = True) -> dict[str, Any]:
-    """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and, if asked for, points
-    in order."""
+    """Return a trend as a document: counts, spreads, indices with intervals, baseline, alarms and, if asked, points."""
     cap = t.capability
     fitted = cap.percentiles if cap else None
     return {

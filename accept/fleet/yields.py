@@ -68,8 +68,7 @@ def yields(frame: pd.DataFrame, by: str, chosen: pd.Series | None = None) -> pd.
 
 
 def _first_judgements(frame: pd.DataFrame, chosen: pd.Series | None) -> pd.DataFrame:
-    """Return a row of the first judgement of every unit that counts, of the whole history, if it is among the
-    chosen rows."""
+    """Return a row of every unit's first judgement that counts, of the whole history, if it is among the chosen."""
     first = in_order_of_the_store(counted(frame)).drop_duplicates("serial")
     return first if chosen is None else first[chosen.reindex(first.index, fill_value=False)]
 
@@ -175,7 +174,6 @@ def bars(values: np.ndarray, words: list[str], role: str) -> list[Band | Line | 
 
 
 def row_panel(title: str, across: str, items: Sequence[Band | Line | Text], rows: int, most: float | None) -> Panel:
-    """Return a panel of rows whose names stand in it. most: end of its axis, which begins at zero; None: as the items
-    reach."""
+    """Return a panel of rows whose names stand in it. most: end of its axis from zero; None: as the items reach."""
     x_range = None if most is None else (0.0, most)
     return Panel(title, across, "", tuple(items), x_range=x_range, y_range=(-0.6, rows - 0.4), y_names=("",) * rows)

@@ -50,8 +50,7 @@ class GapAnalysis:
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
-        values about it, on all that was fitted: unnamed effects and experiments too. Raises ModelError for a name that
-        was not fitted."""
+        values about it, on all that was fitted. Raises ModelError for a name that was not fitted."""
         return LikelihoodProfile.of(self.result.fit, name)
 
     @property
@@ -133,8 +132,7 @@ def write(done: GapAnalysis, out: Path, empirical: bool = False, html: bool = Fa
 
 def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[str, ...]]:
     """Return the responses of the available channels, up to the model's highest frequency, and notes on missing
-    channels. Raises ModelError if the model has a channel that units of this product do not have: it is of another
-    structure."""
+    channels. Raises ModelError if the model has a channel that units of this product do not have."""
     tolerance, f_hi = model.tolerance, min(F_HI, model.up_to_Hz)
     notes = () if f_hi == F_HI else (f"compared to {f_hi:.0f} Hz only: {model.name} is valid up to there",)
     product, has = product_named(unit.folder.kind), channels_of(unit.folder.kind)
@@ -205,7 +203,6 @@ class GapJob:
     html: bool = False
 
     def run(self) -> GapAnswer | str:
-        """Return the answer, or the reason if there is no answer."""
         serial = self.unit.serial
         try:
             done = analyse(self.unit, self.model, self.without, lambda words: say(f"{serial}: {words}"))

@@ -64,8 +64,7 @@ def _write_improved(done: analyse_unit.GapAnalysis, out: Path | None) -> str | N
 
 
 def _analyse(unit: LoadedUnit, start: StartModel, say: Say) -> analyse_unit.GapAnalysis:
-    """Run the workflow. Raises one of NO_ANSWER, also for an error of the workflow itself, so that the unit is still
-    judged."""
+    """Run the workflow. Raises one of NO_ANSWER, also for its own errors, so that the unit is still judged."""
     try:
         return analyse_unit.analyse(unit, start.model, say=say)
     except NO_ANSWER:

@@ -1,7 +1,6 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and their origin.
 
-`accept gap --empirical` adds an unidentified effect as an element that is labelled so, if the written file then
-explains unseen records at least as well in every channel."""
+`accept gap --empirical` adds unidentified elements, if unseen records are then explained as well in every channel."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -91,8 +90,7 @@ class AddedElement:
 def write_with_elements(
     path: Path, given: OpenedModel, measured: Responses, result: Result, inputs: Inputs
 ) -> tuple[AddedElement, ...]:
-    """Write the improved model, first without unidentified elements, then again with every element that helps, and
-    return those."""
+    """Write the improved model, without unidentified elements, then with every one that helps, and return those."""
     write_improved(path, given, measured, result)
     model = open_model(path)
     A, B = (d.select(result.after.data.channels) for d in (inputs.A, inputs.B))

@@ -1,5 +1,4 @@
-"""The report of a gap in blocks: what was found, where model and data differ, and why this cause. Terminal, gap.pdf,
-gap.html, certificate and screen show them."""
+"""The report of a gap in blocks: what was found, where model and data differ, and why this cause."""
 
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -86,8 +85,7 @@ def pictures(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Pa
 
 
 def short_report(result: Result) -> tuple[list[Block], list[Block]]:
-    """Return what fits a screen, the most important first, and what is never cut: the best candidates if an effect is
-    missing and none was named, and the gap."""
+    """Return what fits a screen, and what is never cut: the best candidates if nothing was named, and the gap."""
     document = to_json("", result)
     found = findings(document, data_words(result.fit))
     missing = not result.found and result.verdict != GapVerdict.NO_MISSING
@@ -124,7 +122,6 @@ def _outcome(t: Tested) -> str:
 
 
 def _limits(result: Result) -> list[Block]:
-    """Return the smallest effects that would have been detected."""
     if not result.detection_limits:
         return []
     parts = (

@@ -111,8 +111,7 @@ def value_words(effect: str, name: str, value: float) -> str:
 
 
 def one_line(document: Mapping[str, Any]) -> str:
-    """Return a judged unit's key `gap` in a line: the missing effects, and the gap before and after in the worst
-    channel."""
+    """Return a unit's key `gap` in a line: missing effects, and the gap before and after in the worst channel."""
     if document["verdict"] == REFUSED:
         return f"not compared with model {document['start']}: {document['reason']}"
     if document["verdict"] == GapVerdict.NO_MISSING:
@@ -166,8 +165,7 @@ def _compared(named: Mapping[str, Any], truth: Mapping[str, float]) -> str:
 
 
 def in_order(n: Mapping[str, Any]) -> list[str]:
-    """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them in alphabetical
-    order."""
+    """Return the parameters of an entry of `named` as its effect declares them: stored JSON has them by name."""
     from checks.gap import EFFECTS  # the whole library: only if an effect was found
 
     declared = [p.name for p in EFFECTS[n["effect"]].parameters] if n["effect"] in EFFECTS else []

@@ -27,8 +27,7 @@ NARROW = 0.2  # of an interval over its upper end: one number suffices
 def consistent(
     findings: Sequence[Finding], information: Iterable[Information], gap: Mapping[str, Any] | None
 ) -> Sequence[Finding]:
-    """Return the findings of several checks of one unit, without a result where they contradict each other, or where
-    they show an error of the bench."""
+    """Return a unit's findings, without a result where they contradict each other or show an error of the bench."""
     known = {i.quantity: i.measured() for i in information}
     known |= {f.quantity: Quantity(f.quantity, f.value, f.U) for f in findings if f.value is not None}
     stiffness = known[BY_RESONANCE].value if BY_RESONANCE in known else math.nan
@@ -63,8 +62,7 @@ def withhold_resonance(
 
 
 def _by_contradiction(resonance: Finding, findings: Sequence[Finding], stated: float) -> tuple[float, float] | None:
-    """Return the interval of the mass beyond the stated one [kg] that the stiffness by the added mass implies, None if
-    it implies none."""
+    """Return the interval of mass beyond the stated [kg] that the stiffness by the added mass implies, or None."""
     contradictions = [r for r in _causes(resonance) if r.cause is Cause.CONTRADICTION]
     if [r.parameters["title"] for r in contradictions] != [PAYLOAD.title]:
         return None

@@ -73,8 +73,7 @@ def _with_reference(row: Mapping[str, Any], day: datetime.date) -> dict[str, Any
 
 
 def checked_calibration(given: Statement, measured: Mapping[str, datetime.date]) -> Statement:
-    """Return a statement compared with a unit: the day that counts and the problem of every row, derived again from its
-    dates.
+    """Return a statement compared with a unit: the day that counts and each row's problem, derived again from dates.
 
     measured : check -> day on which the unit was measured. Raises ValueError, KeyError or TypeError if the data are not
     a statement.
@@ -121,8 +120,7 @@ def _iso(day: datetime.date | None) -> str | None:
 
 
 def problems(given: Statement, checks: Iterable[str]) -> dict[str, Reason]:
-    """Return check -> why its calibration does not hold. A check without any instrument in the bench file is
-    included."""
+    """Return check -> why its calibration does not hold. One without any instrument in the bench file is included."""
     found = {}
     for check in checks:
         rows = [row for row in given["instruments"] if row["check"] in (check, CHECKS[check].reads)]

@@ -12,8 +12,7 @@ _STRENGTH = {Verdict.NO_RESULT: 0, Verdict.FAIL: 0, Verdict.CONDITIONAL: 1, Verd
 
 
 def contradictions(record: UnitRecord, spec: Spec) -> list[str]:
-    """Return the statements of a record that do not follow from its values, the limits of the spec and the decision
-    rules.
+    """Return the statements of a record that do not follow from its values, limits and decision rules.
 
     A finding may be weaker than its number alone would make it (an expired calibration, a failed gate), never stronger.
     """

@@ -84,8 +84,7 @@ def _entries(check: Check, section: UnitSection[Check], spec: Spec, stated: Stat
 
 
 def _told(checks: list[Check], name: str, spec: Spec) -> tuple[float, str] | None:
-    """Return a number as the spec states it for one of these checks, or as it is by default, and which of the two; None
-    if it is neither."""
+    """Return a number as the spec states it for one of these checks, or by default, and which of the two; or None."""
     given = (spec.checks[c.name].settings for c in checks if c.name in spec.checks)
     set_by_spec = next((settings[name] for settings in given if name in settings), None)
     if set_by_spec is not None:
@@ -131,8 +130,7 @@ def _channels(held: LoadedUnit, section: UnitSection[Check], stated: Statement) 
 
 
 def _decides(name: str, source: ChannelSource, held: LoadedUnit, section: UnitSection[Check]) -> bool:
-    """Return whether a source says otherwise than the file itself: by its scale, or as the file has a channel of this
-    name too, or gives it another one's name."""
+    """Return whether a source differs from the file: by its scale, or as the file has this name too, or another's."""
     if source.gain != 1.0 or source.unit or source.sampling_time_s is not None:
         return True
     return held.renames(name, source.name, section)

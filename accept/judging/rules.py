@@ -4,10 +4,14 @@ Those of `JUDGING` weigh what unit folder, spec and bench hold; those of `RESERV
 unit, as the record states it. Each reads the findings as the rules before it leave them and makes none better: a pass
 becomes conditional, or a value no result. A reason is added to those that a finding has already, so the order is that
 in which its reasons are read.
+
+A learned bench has an age and a number of units: an amplifier is exchanged, a screw of the guide works loose, and what
+was learned before makes a misalignment out of it. All that is compared is on the certificate.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 from functools import reduce
 from typing import Any
 
@@ -16,16 +20,58 @@ from accept.judging import calibration
 from accept.judging.advice import concluded
 from accept.judging.bench_errors import without_bench_errors
 from accept.judging.inputs import input_doubts, inputs_of
-from accept.judging.learned_bench import learned_bench_doubts
 from accept.judging.samples import section_read_by
-from accept.models.evidence import Models
+from accept.models.evidence import Models, model_of
 from accept.units import LoadedUnit
 from checks.acceptance import CHECKS
 from checks.cause import Cause, Reason, because
 from checks.consistency import check_consistency
+from checks.errors import ModelError
 from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict
-from specs.spec import Spec
+from specs.model_sections import LearnedBenchRecord
+from specs.spec import LearnedBenchLimits, Spec
+from specs.strict import SpecError
+
+
+def learned_bench_doubts(spec: Spec, models: Models, measured: Mapping[str, str]) -> dict[str, Reason]:
+    """Return check -> why the learned bench of its model does not meet the spec. measured: check -> day, ISO."""
+    if spec.learned_bench is None:
+        return {}
+    found = {}
+    for check, asked in spec.checks.items():
+        name = model_of(check, asked)
+        if name is None:
+            continue
+        try:
+            record = models.learned_bench(name)
+        except (SpecError, ModelError, OSError):
+            continue  # the check has no result for that reason
+        if problem := learned_bench_problem(spec.learned_bench, record, measured.get(check)):
+            found[check] = because(Cause.LEARNED_BENCH, model=name, detail=problem)
+    return found
+
+
+def learned_bench_problem(
+    asked: LearnedBenchLimits, record: LearnedBenchRecord | None, measured: str | None
+) -> str | None:
+    """Return why a learned bench does not meet the limits, None if it does. measured: the unit's day, ISO, or None."""
+    if record is None:
+        return "it has no learned bench, and the spec asks for one"
+    if asked.from_units is not None and len(record.units) < asked.from_units:
+        return f"its bench was learned from {len(record.units)} units, the spec asks for {asked.from_units}"
+    if asked.within_days is None:
+        return None
+    if measured is None:
+        return "the age of its learned bench is unknown, because [measured] of unit.toml does not state the day"
+    try:
+        days = (date.fromisoformat(measured) - date.fromisoformat(record.learned_on or "")).days
+    except ValueError:
+        return f"learned_on = '{record.learned_on or ''}' is no day, so the age of its learned bench is unknown"
+    if days > asked.within_days:
+        return f"its bench was learned {days} days before the unit was measured, the spec allows {asked.within_days}"
+    return None
+
 
 NAMED = 3  # copies that a reason names; with more it says how many
 

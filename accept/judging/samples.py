@@ -1,5 +1,4 @@
-"""Sketches of a unit's records, a few hundred bytes each, and hashes of typed readings. They reveal recordings and sets
-of readings that were given twice."""
+"""Sketches of a unit's records, and hashes of typed readings: they reveal what was given twice."""
 
 import hashlib
 from collections.abc import Iterable, Mapping

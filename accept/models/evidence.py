@@ -82,8 +82,7 @@ def model_of(check: str, asked: CheckSpec) -> str | None:
 
 
 def evidence_of(names: Iterable[str]) -> dict[str, ModelFiles]:
-    """Return the files of every model that is not built in, by name. An unreadable model has none: its check gives no
-    result."""
+    """Return the files of every model that is not built in, by name. An unreadable model has none."""
     return {name: _read(name) for name in names if name not in builtin_models()}
 
 

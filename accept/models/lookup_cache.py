@@ -52,8 +52,7 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
-        or joints."""
+        """Return the plan of a model's table. Raises ModelError for too small a grid, or without encoder or joints."""
         return cls(*MisalignmentTable.axes(model, nx, ny))
 
     @property
@@ -66,17 +65,14 @@ class Plan:
 
     @property
     def path(self) -> Path:
-        """Return the path of the table."""
         name = "".join(c if c.isalnum() or c in "._-" else "_" for c in self.model.name)
         return home() / "tables" / f"{name}-{self.sha256[:12]}.npz"
 
     @property
     def rows(self) -> Path:
-        """Return folder of its finished rows."""
         return self.path.with_suffix(".rows")
 
     def row(self, i: int) -> Row:
-        """Return (Y, F) row of dx[i]."""
         return MisalignmentTable.row(self.model, float(self.dx[i]), self.dy, self.f)
 
     def agrees(self, i: int, row: Row) -> bool:
@@ -100,8 +96,8 @@ def table_for(model: Model, say: Talk, nx: int = 41, ny: int = 41, workers: int 
 
 
 def build(plan: Plan, say: Talk, workers: int | None = None, cluster: Workers | None = None) -> MisalignmentTable:
-    """Compute the missing rows, on all cores or on a cluster, and store the table. Raises TableError if a row from the
-    cluster differs from this machine's."""
+    """Compute the missing rows, on all cores or a cluster, and store the table. Raises TableError if a cluster's row
+    differs."""
     ready = dict(_stored_rows(plan))
     missing = [i for i in range(plan.dx.size) if i not in ready]
     if ready:
@@ -127,8 +123,7 @@ def write_table(path: Path, table: MisalignmentTable) -> None:
 
 
 def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
-    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged, of another model, or
-    differs from this program's."""
+    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged or of another model."""
     path = path or plan.path
     table = open_table(path)
     if table.sha256 != plan.sha256:

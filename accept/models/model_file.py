@@ -88,16 +88,14 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
 
 
 def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None, U_kg: float | None = None) -> OpenedModel:
-    """Return the model with the payload of the unit's folder, as sure as its U (k = 2) says; unchanged without one, and
-    if it was fitted to this very unit."""
+    """Return the model with the payload of the unit's folder and its U (k = 2); unchanged if fitted to this unit."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
     sd_kg = None if U_kg is None else U_kg / COVERAGE_FACTOR
     return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg, sd_kg))
 
 
 def effects_of(spec: ModelSpec) -> list[tuple[str, dict[str, float]]]:
-    """Return the file's effects by name, in order, without unidentified elements (`elements_of`). Raises ModelError for
-    a parameter that is not a number."""
+    """Return the file's effects by name, in order, without unidentified elements (`elements_of`). Raises ModelError."""
     out = []
     for entry in (e for e in spec.effects if e.name != UNIDENTIFIED):
         for key, value in entry.parameters.items():

@@ -1,5 +1,4 @@
-"""The content of a report as blocks of plain data: each medium (terminal, PDF, web page, screen) shows them in its own
-way and adds no words."""
+"""The content of a report as blocks of plain data: no medium (terminal, PDF, web page, screen) adds words."""
 
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -35,7 +34,6 @@ class Sentence:
 
     @property
     def more(self) -> str:
-        """Return what belongs to it, in a line."""
         return "; ".join([*self.details, *self.evidence])
 
 

@@ -13,8 +13,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from accept.pictures.formats import FORMATS, PictureError, format_of
-from accept.pictures.items import MAPS, draw_panel
-from accept.pictures.style import settings
+from accept.pictures.items import MAPS, draw_panel, settings
 from checks.picture import Panel
 
 __all__ = ["FORMATS", "PictureError", "draw", "picture"]

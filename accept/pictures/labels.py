@@ -1,5 +1,4 @@
-"""Labels of quantities and inputs for people; code names are for files and details. What loads slowly is loaded when a
-label is asked for."""
+"""Labels of quantities and inputs for people; code names are for files and details. What is slow is loaded late."""
 
 from collections.abc import Mapping
 from functools import cache

@@ -50,8 +50,7 @@ class Scale:
         return list(zip(values, _words(values, step), strict=True))
 
     def _step(self, most: int) -> float:
-        """Return the smallest round step with at most `most` ticks; quarters of a turn for a range of half a turn or
-        more."""
+        """Return the smallest round step with at most `most` ticks; quarters of a turn from half a turn on."""
         span = self.hi - self.lo
         if self.degrees and span >= 180.0:
             return 90.0 * math.ceil(span / 90.0 / most)

@@ -1,5 +1,4 @@
-"""The look of a verdict, once for every medium: distinguished by word, by mark and by colour, so also without
-colour."""
+"""The look of a verdict, once for every medium: distinguished by word, mark and colour."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -21,8 +20,7 @@ class Tone(Enum):
 
 @dataclass(frozen=True)
 class Sign:
-    """The look of a verdict. word: as it is read; mark: one character of a terminal; print_mark: of the certificate's
-    typeface."""
+    """The look of a verdict. word: as it is read; mark: a terminal's character; print_mark: the certificate's."""
 
     word: str
     mark: str

@@ -54,7 +54,6 @@ class Figures:
 
     @property
     def flatness_um(self) -> float:
-        """Return the half-width of the minimum zone of the heights."""
         x, y = np.array(POSITIONS_MM).T
         return minimum_zone(x, y, np.array(self.heights_um) / 1e3).half_width * 1e3
 

@@ -59,7 +59,6 @@ class SimulatedConverter:
         return Identity(MODEL, SERIAL)
 
     def actual_rate(self, inputs: Sequence[RecorderChannel], rate_Hz: float) -> float:
-        """Return the rate: any."""
         del inputs
         return rate_Hz
 

@@ -36,8 +36,7 @@ class ExperimentRequest:
 
     @classmethod
     def of(cls, name: str, values: Mapping[str, float]) -> "ExperimentRequest":
-        """Return an experiment. Raises UnitRequestError for an unknown kind and a missing, unknown or implausible
-        number."""
+        """Return an experiment. Raises UnitRequestError for an unknown kind and a missing or implausible number."""
         if name not in EXPERIMENT_KINDS:
             raise UnitRequestError(f"experiment '{name}': expected one of {', '.join(EXPERIMENT_KINDS)}")
         kind = EXPERIMENT_KINDS[name]
@@ -81,7 +80,6 @@ class UnitRequest:
     take: int = 0
 
     def __post_init__(self) -> None:
-        """Raise UnitRequestError if the request cannot be simulated."""
         if not SERIAL.fullmatch(self.serial):
             raise UnitRequestError(f"serial '{self.serial}': expected letters, digits, '.', '_' or '-'")
         if self.kind not in SIMULATED_MODEL:
@@ -120,7 +118,6 @@ class UnitRequest:
 
     @property
     def filters(self) -> dict[str, Fractions]:
-        """Return the filter that effects put into the path of each of their channels."""
         filters: dict[str, Fractions] = {}
         for name, values in self.effects:
             effect = effect_named(name)

@@ -45,7 +45,6 @@ class Signer:
 
     @property
     def person(self) -> KeyHolder:
-        """Return the name on the certificate."""
         return KeyHolder(person_of(self.certificate))
 
 
@@ -158,8 +157,7 @@ def content_of(serial: str, decision: Decision, certificate: str | None) -> dict
 
 
 def recording_party(serial: str, sample: str, channels: Mapping[str, str]) -> tuple[str, str, str]:
-    """Return serial, record, and a hash of what it holds, as a decision names it: another recording under the same name
-    is another party."""
+    """Return serial, record, and a hash of its content, as a decision names it: another recording is another party."""
     return serial, sample, hashlib.sha256(repr(sorted(channels.items())).encode()).hexdigest()[:16]
 
 

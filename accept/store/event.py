@@ -34,7 +34,6 @@ class Event:
 
     @property
     def data(self) -> dict[str, Any]:
-        """The payload as it was appended."""
         content: dict[str, Any] = json.loads(self.payload)
         return content
 

@@ -79,7 +79,6 @@ class UnitState:
 
     @property
     def attempts(self) -> int:
-        """The number of judgements."""
         return len(self.ended)
 
     @property

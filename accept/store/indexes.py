@@ -104,8 +104,7 @@ def build(connection: Connection) -> None:
 
 
 def problem(connection: Connection, events: Iterable[Event]) -> ChainBreak | None:
-    """Return the first event for which an index is wrong, None if all are right. events: of the whole store, as
-    stored."""
+    """Return the first event for which an index is wrong, None if all are right. events: the whole store's."""
     held = heapq.merge(*(_numbered(which, index.held(connection)) for which, index in enumerate(INDEXES)))
     for due, there in zip_longest(_rows(events), held):
         if due != there:

@@ -6,7 +6,6 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, Row, Select, func, insert, select, update
@@ -50,9 +49,7 @@ class Store:
     def __enter__(self) -> "Store":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -251,8 +248,7 @@ class Store:
         return self._read(_wanted(None, what).order_by(tables.events.c.seq.desc()).limit(count))
 
     def last_of_each(self, what: str) -> Iterator[Event]:
-        """Yield the last event of a kind about each subject, by subject, without events appended meanwhile. Raises as
-        `events`."""
+        """Yield the last event of a kind about each subject, by subject, as of now. Raises as `events`."""
         e, now = tables.events.c, self.head().seq
         last = select(func.max(e.seq)).where(e.what == what, e.seq <= now).group_by(e.subject).order_by(e.subject)
         wanted, next_page = select(tables.events).order_by(e.subject), last.limit(_PAGE)
@@ -306,7 +302,6 @@ class Store:
 
     @property
     def engine(self) -> Engine:
-        """The engine, for copying a whole store."""
         return self._engine
 
     def holds(self, head: StoreHead) -> bool:
@@ -338,8 +333,7 @@ class Store:
     def _first_problem(
         self, connection: Connection, anchors: Mapping[str, StoreHead], before: str
     ) -> ChainBreak | None:
-        """Walk the whole chain and return its first break; remember an unbroken one. before: state of the database's
-        file."""
+        """Walk the whole chain and return its first break; remember an unbroken one. before: state of the file."""
         if foreign := tables.foreign_columns(connection):
             return ChainBreak(0, f"the tables are not those of this store: {', '.join(foreign)}")
         row = _head_row(connection)
@@ -371,8 +365,7 @@ class Store:
         return [each for each in dict.fromkeys(found) if each]
 
     def clock_set_back(self) -> list[tuple[str, float]]:
-        """Return by name the events more than `CLOCK_BACK_S` earlier than their predecessor, and by how many seconds.
-        Raises StoreError."""
+        """Return the events over `CLOCK_BACK_S` earlier than their predecessor, and the seconds. Raises StoreError."""
         e = tables.events.c
 
         def walked(connection: Connection) -> list[tuple[str, float]]:
@@ -422,8 +415,7 @@ class Store:
         return connection.scalar(there) == kept.hash
 
     def _ask(self, question: Callable[[Connection], T]) -> T:
-        """Query a snapshot of the database, again if the server's connection is lost. All reading goes through this.
-        Raises StoreError."""
+        """Query a snapshot of the database, again if the server's connection is lost. Raises StoreError."""
 
         def once() -> T:
             with snapshot(self._engine) as connection:

@@ -115,7 +115,6 @@ class BenchApp(InOrder):
         self._close_messages_no_wait()
 
     async def on_event(self, event: Event) -> None:
-        """Note that a person is at the bench."""
         if isinstance(event, Key | MouseDown):
             self.shift.touch()
         await super().on_event(event)

@@ -99,7 +99,6 @@ class WithoutColour(Monochrome):
     columns, stay as they are: the base class fails on them."""
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:
-        """Return segments in shades of grey."""
         return super().apply([Segment(s.text, s.style or Style.null(), s.control) for s in segments], background)
 
 

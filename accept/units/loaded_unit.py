@@ -1,5 +1,4 @@
-"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached to the certificate,
-and estimates of a record are kept for the next caller."""
+"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached."""
 
 import hashlib
 import re
@@ -144,8 +143,7 @@ class LoadedUnit:
         return values
 
     def _vet_experiments(self, values: Values) -> None:
-        """Raise RecordError if responses and an experiment, or two experiments, contain the same recording: one of them
-        was not measured."""
+        """Raise RecordError if responses and an experiment, or two experiments, are of the same recording."""
         every = dict(values)
         for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for
@@ -195,8 +193,7 @@ def bare_name(channel: str) -> str:
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """Return the unit, loaded if it is a path. Raises UnitError without a unit there, or if another machine sees the
-    folder otherwise."""
+    """Return the unit, loaded if it is a path. Raises UnitError, also if the folder looks different here."""
     if isinstance(unit, LoadedUnit):
         return unit
     folder = unit_folder.read(unit) if isinstance(unit, Path) else unit

@@ -47,7 +47,6 @@ class UnitSection(Generic[Declared]):
         return [e.name for e in self.entries.values() if isinstance(e, FileEntry)]
 
     def number(self, key: str) -> float | None:
-        """Return a number in the unit of its key, None if it is not given."""
         given = self.entries.get(key)
         return given.value if isinstance(given, Measured) else None
 
@@ -66,8 +65,7 @@ def section_of(
 
 
 def entry_of(section: str, declared: Input, value: Any, problems: list[str], unusable: list[str]) -> Entry | None:
-    """Return the entry of one key. A wrong type is a problem of the file, an impossible number one of the section.
-    called: the section's name in the file."""
+    """Return the entry of a key. A wrong type is a problem of the file, an impossible number one of the section."""
     where = f"{section} {declared.name}"
     match declared:
         case Scalar():
@@ -127,8 +125,7 @@ def _other_unit(declared: Scalar, number: float) -> str:
 
 
 def _float(number: float) -> float:
-    """Return the float of a TOML number. An integer too long for one is infinite, so that it is never taken for a
-    value."""
+    """Return the float of a TOML number. An integer too long for one is infinite, never a value."""
     try:
         return float(number)
     except OverflowError:

@@ -73,7 +73,6 @@ class UnitFolder:
 
     @property
     def files(self) -> list[str]:
-        """Names of its files, sorted."""
         sections: list[UnitSection[Any]] = [*self.sections.values(), *self.experiments.values()]
         pictures = (name for names in self.pictures.values() for name in names)
         return sorted({name for section in sections for name in section.files} | set(pictures))

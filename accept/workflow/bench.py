@@ -70,8 +70,7 @@ class Workbench:
         self.store.close()
 
     def last_operator(self) -> str:
-        """Return who opened a unit here last, "" if no unit was or if it was an account of the system. Raises
-        StoreError."""
+        """Return who opened a unit here last, "" if none or an account of the system. Raises StoreError."""
         last = self._last_opened()
         return "" if last is None or is_system_account(last.who) else last.who
 
@@ -111,8 +110,7 @@ class Workbench:
         return kinds[0] if len(kinds) == 1 else None
 
     def is_serial(self, text: str) -> bool:
-        """Return whether text is the serial of a unit that was begun, or one by a spec's own pattern. Raises
-        StoreError."""
+        """Return whether text is the serial of a begun unit, or one by a spec's own pattern. Raises StoreError."""
         return any(is_described(text, spec) for spec in self.specs.values()) or self.known_one(text) is not None
 
     def problem(self, serial: str, kind: str) -> str | None:

@@ -30,7 +30,7 @@ from accept.certificate.trust import QA, TECHNICIAN, Credential, LockedError
 from accept.judging.reservations import counted
 from accept.store import fold
 from accept.store.payloads import CertificateSigned, UnitJudged
-from accept.workflow.dialogue.summary import Ask, AskedLine, BenchKeys
+from accept.workflow.dialogue.summary_effects import Ask, AskedLine, BenchKeys
 from accept.workflow.entry.shift import NOT_TAKEN
 from accept.workflow.session import Session
 from accept.workflow.state.unit_state import certificate_name

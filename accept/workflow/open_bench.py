@@ -1,5 +1,4 @@
-"""Opening the workflow's bench: store, specs, instruments, and the services that screens ask for. Takes long to import:
-only in a thread."""
+"""Opening the workflow's bench: store, specs, instruments, services of screens. Slow to import: only in a thread."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -56,8 +55,7 @@ class BenchServices(WorkerProcess):
 def open_bench(
     spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
 ) -> Workbench:
-    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
-    SettingsError, UnitError."""
+    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises AcceptError of its parts."""
     taken = units.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else default_specs()
     if taken is not None and taken.kind not in {one.kind for one in specs}:

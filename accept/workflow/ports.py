@@ -1,5 +1,4 @@
-"""The services of the bench for screens and dialogues that take long to import: judging, explaining, measuring,
-signing.
+"""The bench's services for screens and dialogues that take long to import: judging, explaining, measuring, signing.
 
 `accept.workflow.open_bench` hands them over."""
 
@@ -12,8 +11,7 @@ from accept.base.documents.results import UnitRecord
 from accept.store import Event, Store
 from accept.store.payloads import StepJudged
 from accept.units import UnitFolder
-from accept.workflow.dialogue.summary import Ask, BenchKeys
-from accept.workflow.dialogue.summary_state import Report
+from accept.workflow.dialogue.summary_effects import Ask, BenchKeys, Report
 from accept.workflow.instruments.port import Instruments
 from accept.workflow.session import Session
 from checks.picture import Panel
@@ -90,8 +88,7 @@ class Services(Protocol):
         """Raise EntryError if one of the texts, which are about to be stored, is a passphrase of this bench."""
 
     def serial_doubt(self, store: Store, serial: str, unit: UnitFolder | None) -> str | None:
-        """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
-        StoreError."""
+        """Return the question about a serial in doubt, None without. unit: its folder, or None. Raises StoreError."""
 
     def tell_apart(self, store: Store, serial: str, who: str) -> None:
         """Store that a person told a serial apart from those that look like it. Raises StoreError."""

@@ -61,8 +61,7 @@ class GuardedMeasurement:
 
 
 class Checks(Mapping[str, Check]):
-    """Checks by name. The program's own are loaded one by one at their first use; their names are known from the
-    start."""
+    """Checks by name. The program's own are loaded at their first use; their names are known before."""
 
     def __init__(self) -> None:
         self._loaded: dict[str, Check] = {}
@@ -97,7 +96,6 @@ class Checks(Mapping[str, Check]):
         self._loaded |= {name: replace(check, measure=GuardedMeasurement(check)) for name, check in more.items()}
 
     def remove(self, names: Iterable[str]) -> None:
-        """Remove checks that were added."""
         for name in set(names) - _OWN:
             self._loaded.pop(name, None)
 

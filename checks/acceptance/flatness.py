@@ -63,16 +63,14 @@ def minimum_zone(x: Array, y: Array, z: Array) -> Zone:
 
 
 def least_squares_plane(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
-    """Return the slope (2,) of the least-squares plane and its cofactor (2, 2): times var(z), the slope's
-    covariance."""
+    """Return the slope (2,) of the least-squares plane and its cofactor (2, 2): its covariance per var(z)."""
     design = np.column_stack([x - x.mean(), y - y.mean()])
     cofactor = np.linalg.inv(design.T @ design)
     return cofactor @ design.T @ (z - z.mean()), cofactor
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return half-width of the minimum zone, peak-to-valley by it and by least squares [um], tilt between
-    interfaces."""
+    """Return half-width of the minimum zone, peak-to-valley by it and by least squares [um], and tilt."""
     x, y, z = _points(values, spec)
     reading = spec.uncertainty.get("z_um")
     left, right = x < 0, x > 0

@@ -164,8 +164,7 @@ def _merge(low: Frf, high: Frf, merge_Hz: float) -> Frf:
 
 
 def _vet_curves(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> Sequence[ChannelDelay]:
-    """Return the delays of the channels behind the drive. Raises NoResult for a dead, reversed, late or scaled
-    channel."""
+    """Return the delays behind the drive. Raises NoResult for a dead, reversed, late or scaled channel."""
     low, high, merge_Hz = records["low"], records["high"], curves.merge_Hz
     vet_responses("low", low.name, curves.low.band(1.0, merge_Hz))
     vet_responses("high", high.name, curves.high.band(merge_Hz, 0.4 * high.fs))
@@ -184,7 +183,6 @@ def _vet_repeats(records: Mapping[str, Record], curves: Curves, rules: ResponseS
 
 
 def _fit_responses(records: Mapping[str, Record], curves: Curves, rules: ResponseSettings) -> ResponseFits:
-    """Return the local fits of the resonances and of the zero of Vs."""
     outputs = curves.low.channels
     low = Transforms.of(records["low"], "Va", outputs)
     near_Hz = peak_Hz(curves.low, motion_of(outputs), *rules.resonance_Hz)

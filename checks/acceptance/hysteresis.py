@@ -46,8 +46,7 @@ class Loop:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return the loop width of the displacement [percent] at the largest and the smallest amplitude; that of Vs if
-    recorded.
+    """Return the loop width of the displacement [percent] at largest and smallest amplitude; also of Vs if recorded.
 
     The width is the opening at mid-voltage relative to the peak to peak of the displacement, of the last period of each
     amplitude. A high-pass turns the loop of Vs into the same ellipse at every amplitude, so its hysteresis is the width
@@ -96,8 +95,7 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
-    """Raise NoResult for a loop that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va by more
-    than the one sample of a shift in storing."""
+    """Raise NoResult for a loop of no piezo actuator: too exact, too narrow, or ahead of Va by more than one sample."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)
@@ -164,15 +162,14 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
 
 def _width(name: str, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
     """Return the width with its budget. A response stored a sample beside its drive opens or closes the loop by that
-    sample's angle; the record does not show by which part of a sample the two are apart, so every part is equally
-    likely ([JCGM100] 4.3.7)."""
+    sample's angle; every part of a sample is equally likely ([JCGM100] 4.3.7)."""
     percent = 100 * abs(loop.width.value)
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),
         Contribution(f"{motion} stored up to one sample beside Va", 100 * loop.one_sample / math.sqrt(3.0)),
         stated_contribution(spec, percent, "hysteresis_percent"),
     ]
-    return Quantity.of(name, percent, *(c for c in budget if c is not None))
+    return Quantity.of(name, percent, *budget)
 
 
 def _note_of_no_hysteresis(width: Quantity) -> list[str]:

@@ -62,8 +62,7 @@ class SpuriousModesSettings:
 
 
 def measure(values: Values, spec: CheckSpec) -> Outcome:
-    """Return the frequency [Hz] and damping [percent of critical] of the three modes, harmonics of the bending modes
-    [Hz].
+    """Return frequency [Hz] and damping [percent of critical] of the three modes, harmonics of the bending modes [Hz].
 
     Each record gives its own quantities; a record that is missing or has too few good impacts does not affect the
     others. Torsion is the mode that the left impact shows and the top impact does not."""
@@ -184,15 +183,11 @@ def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quanti
 
 
 def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec, like: str = "") -> Quantity:
-    """Return a quantity with its budget; like: the quantity whose stated uncertainty is used if its own is not
-    stated."""
+    """Return a quantity with its budget; like: the quantity whose stated uncertainty stands in for its own."""
     budget = [Contribution("scatter between impacts (half the 95 % t-interval)", u, "A")]
     if u_model > 0:
         budget.append(Contribution("neighbouring modes in the local fit", u_model))
-    instrument = stated_contribution(spec, value, name, like)
-    if instrument is not None:
-        budget.append(instrument)
-    return Quantity.of(name, value, *budget)
+    return Quantity.of(name, value, *budget, stated_contribution(spec, value, name, like))
 
 
 def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode | Reason, spec: CheckSpec) -> Quantity:

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from checks.acceptance.common.typed_value import stated_contribution, typed_quantity
+from checks.acceptance.common.typed_value import of_record, stated_contribution, typed_quantity
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, record_label
 from checks.declare import Check, Form, Guide, Measured, Scalar, Series, Setting, Values
-from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
@@ -60,7 +59,7 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         return Outcome((typed, *missing))
     if "mass_kg" not in values:
         raise NoResult(Cause.ENTRY_MISSING, entry="added mass (mass_kg)")
-    found = {key: _try_record(values, key) for key in RECORDS}
+    found = {key: of_record(values, key, deflection_of) for key in RECORDS}
     closed, opened = found["closed_circuit"], found["open_circuit"]
     good = {key: f for key, f in found.items() if isinstance(f, Deflection)}
     panels = {name: panel for key, f in good.items() for name, panel in _panels(key, f).items()}
@@ -76,18 +75,6 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
         _creep_rate("creep_per_decade_percent", closed),
     )
     return Outcome(quantities, tuple(_direction_notes(good)), panels)
-
-
-def _try_record(values: Values, key: str) -> Deflection | Reason:
-    """Return the deflection of a record, or the reason why it has none."""
-    if key not in values:
-        return because(Cause.NOT_MEASURED, record=key)
-    try:
-        return deflection_of(values[key])
-    except (NoResult, RecordError) as e:
-        return e.reason.within(key)
-    except ValueError as e:
-        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
 
 
 def deflection_of(record: Record) -> Deflection:
@@ -128,8 +115,7 @@ def _two_steps(t: Array, steps: list[SignalStep]) -> tuple[SignalStep, SignalSte
 
 
 def _windowed_deflection(t: Array, de: Array, steps: tuple[SignalStep, SignalStep]) -> ScalarEstimate | Reason:
-    """Return the deflection as in [STB] 3.1.7: the difference between means over half a second, before the first step
-    and under load."""
+    """Return the deflection as in [STB] 3.1.7: of means over half a second, before the first step and under load."""
     origin = steps[0].t
     if origin + LOADED_S[1] > steps[1].quiet_to or origin + BEFORE_S[0] < t[0]:
         return because(Cause.STEP_WINDOWS, before=_span(BEFORE_S), loaded=_span(LOADED_S))

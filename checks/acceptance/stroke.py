@@ -2,16 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from checks.acceptance.common import stroke_ends as ends
 from checks.acceptance.common.piezo_lag import vet_bend, vet_lag
-from checks.acceptance.common.typed_value import stated_contribution, typed_quantity, with_stated_accuracy
+from checks.acceptance.common.typed_value import of_record, stated_contribution, typed_quantity, with_stated_accuracy
 from checks.arrays import Array
 from checks.cause import Cause, NoResult, Reason, because, together
 from checks.declare import Check, Form, Guide, Scalar, Series, Setting, Values
-from checks.errors import RecordError
 from checks.picture import Item, Line, Mark, Panel, PanelKind
 from checks.quantity import Contribution, Outcome, Quantity
 from checks.record import Record
@@ -58,8 +58,7 @@ class Range:
 class Stroke:
     """Stroke in one record: stroke [m], the voltage missing from the range as a displacement [m], how far the gauge may
     have drifted [m], loop width at mid-voltage [m] or the reason why it is missing; drift_in_loop: of the gauge between
-    the two branches of that loop [m]; settled: whether that loop excludes the first rise; V, d : (N,) the record, d
-    from its start."""
+    its branches [m]; settled: whether that loop excludes the first rise; V, d : (N,) the record, d from its start."""
 
     stroke: ScalarEstimate
     short: float
@@ -78,7 +77,8 @@ def measure(values: Values, spec: CheckSpec) -> Outcome:
     highest of many noisy samples is too high. The gauge is one and the same, so its stated errors add linearly."""
     if "stroke_um" in values:
         return _from_value(values, spec)
-    found = {key: _try_record(values, key, _range(spec)) for key in RECORDS}
+    parts = {key: partial(_plausible_stroke, wanted=_range(spec), share=share) for key, share in SHARE.items()}
+    found = {key: of_record(values, key, stroke) for key, stroke in parts.items()}
     strokes = [_stroke_quantity(RECORDS[key], found[key], spec) for key in RECORDS]
     widths = [_width_quantity(WIDTHS[key], [found[key]]) for key in RECORDS]
     both = _width_quantity("stroke_hysteresis_percent", list(found.values()))
@@ -104,21 +104,14 @@ def _range(spec: CheckSpec) -> Range:
     return Range(*ends_V, most, get("loop_min_percent", LOOP_PERCENT))
 
 
-def _try_record(values: Values, key: str, wanted: Range) -> Stroke | Reason:
-    """Return the stroke of a record, or the reason why it has none."""
-    if key not in values:
-        return because(Cause.NOT_MEASURED, record=key)
-    try:
-        found = stroke_of(values[key], wanted)
-        stroke, share = found.stroke.value, SHARE[key]
-        if stroke > share * wanted.stroke_max:  # no stack makes so much
-            total, most = stroke / share / UM, wanted.stroke_max / UM
-            raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
-        return found
-    except (NoResult, RecordError) as e:
-        return e.reason.within(key)
-    except ValueError as e:
-        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
+def _plausible_stroke(record: Record, wanted: Range, share: float) -> Stroke:
+    """Return the stroke of a share of the stacks. Raises as `stroke_of`, and NoResult for more than stacks make."""
+    found = stroke_of(record, wanted)
+    stroke = found.stroke.value
+    if stroke > share * wanted.stroke_max:
+        total, most = stroke / share / UM, wanted.stroke_max / UM
+        raise NoResult(Cause.STROKE_IMPLAUSIBLE, channel="d", value=stroke / UM, total=total, most=most)
+    return found
 
 
 def stroke_of(record: Record, wanted: Range) -> Stroke:
@@ -164,8 +157,7 @@ def stroke_of(record: Record, wanted: Range) -> Stroke:
 
 
 def _check_range(V: Array, wanted: Range) -> float:
-    """Return the sum of the distances of the ends of V from the wanted ones [V]. Raises NoResult beyond the
-    tolerance."""
+    """Return how far the ends of V are from the wanted ones, in sum [V]. Raises NoResult beyond the tolerance."""
     first, highest = float(V[0]), float(V.max())
     if not abs(first - wanted.start) <= wanted.tolerance:
         raise NoResult(Cause.VOLTAGE_START, value=first, expected=wanted.start, within=wanted.tolerance)

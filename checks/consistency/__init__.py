@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from checks.consistency.contradictions import check_consistency
-    from checks.consistency.relations import PAYLOAD, RELATIONS
+    from checks.consistency.contradictions import PAYLOAD, RELATIONS, check_consistency
 else:
     __getattr__ = door(__name__)

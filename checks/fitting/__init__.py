@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from checks.fitting.fit import Fit
     from checks.fitting.goodness import gaps
     from checks.fitting.identifiability import Identifiability, LikelihoodProfile
-    from checks.fitting.model_fit import ModelFit
-    from checks.fitting.panels import fit_panels, frf_panels
+    from checks.fitting.model_fit import ModelFit, fit_panels, frf_panels
 else:
     __getattr__ = door(__name__)

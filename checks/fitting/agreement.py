@@ -51,8 +51,7 @@ def predict(response: Response, found: Fit, data: Dataset) -> Complex:
 
 
 def outside_priors(found: Fit) -> Iterator[Reason]:
-    """Yield the contradiction that a parameter is outside its prior, its chance corrected for the number of
-    parameters."""
+    """Yield each parameter that is outside its prior, its chance corrected for the number of parameters."""
     with_prior = [(p, found.at[p.name]) for p in found.free if np.isfinite(p.sd)]
     if not with_prior:
         return
@@ -71,8 +70,7 @@ def outside_priors(found: Fit) -> Iterator[Reason]:
 
 
 def all_priors(found: Fit) -> Iterator[Reason]:
-    """Yield the contradiction that all parameters together are too far from their priors for the number that the data
-    determine."""
+    """Yield the contradiction that all parameters together are too far from their priors, for those determined."""
     chi2 = 2.0 * found.prior_cost
     if stats.chi2.sf(chi2, max(found.effective_parameters, 1.0)) < FALSE_ALARM:
         yield because(Cause.PRIORS_EXCEEDED, chi2=chi2, told=found.effective_parameters)

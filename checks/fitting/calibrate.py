@@ -14,7 +14,6 @@ from scipy import linalg
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting.agreement import contradiction
-from checks.fitting.coordinates import Free
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import BEYOND_DOUBT, Fit, fit, free_of, resume
 from checks.fitting.prior import prior_rows
@@ -48,26 +47,17 @@ def itself(model: Model) -> Response:
 
 
 def calibrate(
-    model: Model,
-    datasets: Dataset | Sequence[Dataset],
-    free: Sequence[Free] | None = None,
-    *,
-    wrap: Wrap = itself,
-    unseen: Dataset | None = None,
-    starts: int = 1,
+    model: Model, datasets: Dataset | Sequence[Dataset], *, unseen: Dataset | None = None, starts: int = 1
 ) -> Calibration:
-    """Return the fit of the model's uncertain parameters. free: the free parameters, by default all uncertain ones;
-    wrap: makes the fitted response from the model; unseen: another realisation, to judge a tolerance by. Raises
-    ModelError as `fit` does."""
-    free = free_of(model) if free is None else free
+    """Return the fit of the model's uncertain parameters. unseen: another realisation, to judge a tolerance by. Raises
+    as `fit`."""
     first = quicker(model) if model.scatters else model  # `refine` asks the data for the form
-    found = Calibration(first, wrap(first), fit(wrap(first), datasets, free, joint=model.joint, starts=starts))
-    return refine(found, wrap, unseen)
+    found = Calibration(first, first, fit(first, datasets, free_of(model), joint=model.joint, starts=starts))
+    return refine(found, unseen=unseen)
 
 
 def refine(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
-    """Return a calibration with the form of damping that is more likely beyond doubt and, for a model that scatters,
-    with the finest tolerance that the data bear."""
+    """Return a calibration with the more likely form of damping and, if the model scatters, the finest tolerance."""
     best = with_likelier_damping(found, wrap)
     own = best.fit.datasets[0].tolerance
     for tolerance in (t for t in FINER if found.model.scatters and found.model.least <= t < own):
@@ -125,8 +115,7 @@ def _steps_for_damping(found: Calibration, other: Response) -> tuple[Array, floa
 
 @lru_cache(maxsize=8)
 def with_damping(model: Model, damping: str) -> Model | None:
-    """Return the model with another form of damping, None if it has only one. Cached with the solutions of the
-    model."""
+    """Return the model with another form of damping, None if it has only one. Cached with its solutions."""
     other = model if model.damping == damping else replace(model, damping=damping)
     try:
         other.modal()

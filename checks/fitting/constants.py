@@ -1,5 +1,4 @@
-"""Actuator and sensor constants from measured responses: by the formulas of [STB] 4.2.1, or least squares with
-intervals."""
+"""Actuator and sensor constants from responses: by the formulas of [STB] 4.2.1, or least squares with intervals."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -37,8 +36,7 @@ def seed_constants(model: Model, f: Array, de: Complex, Vs: Complex) -> dict[str
 
     f (F,) [Hz], de (F,) [m/V] and Vs (F,) [V/V] to Va. ga is the mean of |de| over 10..20 Hz by the static gain; gs is
     the mean of |Vs| over 400..500 Hz by ga and the gain at 1 kHz. The published script takes sizes only and writes both
-    signs by hand; here the sign is that of the response's real part beside the model's. Raises ModelError for an empty
-    band."""
+    signs by hand; here the sign is that of the real part beside the model's. Raises ModelError for an empty band."""
     unit, gs_name = _unit_model(model)
     ga = _signed_size(f, de, unit, "de", STATIC_HZ, reference_Hz=0.0)
     both = _signed_size(f, Vs, unit, "Vs", GS_BAND_HZ, reference_Hz=SEED_GS_AT_HZ)

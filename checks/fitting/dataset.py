@@ -28,8 +28,7 @@ ALONE = 1e-4  # chance that a window's noise exceeds that about it so much, if i
 
 
 def pool_noise(frf: Frf, input_power: Array) -> tuple[Complex, Array]:
-    """Return the covariance cov (U, C, C) and the degrees of freedom nu (U,) of the usable bins of a local fit,
-    averaged over neighbours.
+    """Return cov (U, C, C) and its degrees of freedom nu (U,) of a local fit's usable bins, averaged over neighbours.
 
     frf: independent bins; input_power (F,): of the input about each bin, in any unit. The noise on the outputs is
     averaged, because it is smooth; cov is that noise over the input power that determines H. A window with far more
@@ -59,8 +58,7 @@ def _power(frf: Frf) -> Array:
 
 
 def _is_outlier(noise: Array, nu: Array) -> NDArray[np.bool_]:
-    """Return whether the noise (F, C) of each window (F,) exceeds the local median in a channel by more than chance
-    allows."""
+    """Return whether the noise (F, C) of each window (F,) exceeds the local median by more than chance allows."""
     wide = 2 * NEIGHBOURS + 1
     padded = np.pad(noise, ((wide, wide), (0, 0)), mode="reflect" if len(noise) > wide else "edge")
     median = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * wide + 1, axis=0), axis=-1)
@@ -200,7 +198,6 @@ class Dataset:
         return self.at((self.f >= f_lo) & (self.f <= f_hi))
 
     def at(self, bins: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Dataset":
-        """Return some of the bins."""
         scale = None if self.scale is None else self.scale[bins]
         more = None if self.by_frequency is None else self.by_frequency[bins]
         f, H, cov, nu = self.f[bins], self.H[bins], self.cov[bins], self.nu[bins]

@@ -103,9 +103,8 @@ class Fit:
 
 
 def free_of(model: Model, names: Iterable[str] | None = None) -> list[Free]:
-    """Return the model's uncertain parameters with their priors and physical bounds; names: only these, with priors if
-    they have one. The joint prior of several parameters is the model's `joint`. Raises ModelError for an unknown
-    name."""
+    """Return the model's uncertain parameters with their priors and physical bounds; names: only these. The joint prior
+    of several parameters is the model's `joint`. Raises ModelError for an unknown name."""
     wanted = tuple(model.sds) if names is None else tuple(names)
     out = []
     for name in wanted:
@@ -125,16 +124,15 @@ def fit(
     joint: JointPrior | None = None,
     starts: int = 1,
     seed: int = 0,
-    coarse_bins: int = COARSE_BINS,
 ) -> Fit:
     """Return the maximum a posteriori by damped Gauss-Newton steps on whitened complex residuals and priors; joint:
     prior of several parameters together.
 
     If the search reaches values at which the strut is not held, the ModelError names the likely fault of the records.
 
-    starts: their number, the first at the priors, the others drawn about it; each runs on at most coarse_bins bins, the
-    best continues with all. Raises ModelError if nothing is free or no start can be evaluated."""
-    points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed, coarse_bins=coarse_bins)
+    starts: their number, the first at the priors, the others drawn about it; each runs on `COARSE_BINS` bins at most,
+    the best goes on with all. Raises ModelError if nothing is free or no start can be evaluated."""
+    points = coarse_fits(response, datasets, free, joint=joint, starts=starts, seed=seed)
     return finish(response, datasets, points[0], joint=joint, tried=points)
 
 
@@ -162,7 +160,6 @@ def coarse_fits(
     drawn: bool = False,
     close: bool = False,
     move: Move | None = None,
-    coarse_bins: int = COARSE_BINS,
 ) -> list[FitPoint]:
     """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
     about the start; close: use only the narrowest tolerance, because the wide ones would lead a nearly right start back
@@ -171,7 +168,7 @@ def coarse_fits(
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
-    few = tuple(s.thinned(coarse_bins) for s in sets)
+    few = tuple(s.thinned(COARSE_BINS) for s in sets)
     problems = [_FitProblem(response, s, free, joint) for s in _at_wider_tolerances(few)]
     ways = problems[-1:] if close else [_LogRatioProblem(response, few, free, joint), *problems]
     draws = SPREAD * np.random.default_rng(seed).standard_normal((max(starts + drawn - 1, 0), len(free)))
@@ -210,8 +207,7 @@ def finish(
 
 @contextmanager
 def _explaining_not_held(response: Response, sets: Sequence[Dataset], free: Sequence[Free]) -> Iterator[None]:
-    """Raise ModelError naming the likely fault of the records if a search reaches values at which the strut is not
-    held."""
+    """Raise ModelError naming the records' likely fault if a search reaches values at which the strut is not held."""
     try:
         yield
     except NotHeld as e:
@@ -317,8 +313,7 @@ class _FitProblem:
         return dict(zip(self.names, (float(v) for v in self.coordinates.values(x)), strict=True))
 
     def modelled(self, x: Array) -> tuple[Complex, ...]:
-        """Return the response (F, C) for every dataset; zero if the model cannot be built at x, so that the search
-        turns back."""
+        """Return the response (F, C) for every dataset; zero if none can be built at x, so that a search turns back."""
         values = self.values(x)
         try:
             return tuple(self.response.frf(s.f, values, s.channels) for s in self.sets)
@@ -356,8 +351,7 @@ class _FitProblem:
 
 
 class _LogRatioProblem(_FitProblem):
-    """A fit problem on ratios instead of differences: a misplaced peak attracts from far away, by its height in
-    decades."""
+    """A fit problem on ratios, not differences: a misplaced peak attracts from far away, by its height in decades."""
 
     def residual(self, x: Array) -> Array:
         parts = []

@@ -17,8 +17,7 @@ LEAST = 0.02  # relative: less is a matter of the values, and the next fit has t
 @dataclass(frozen=True)
 class Gap:
     """The gap between model and data. G: squared residual over noise variance plus squared tolerance, per degree of
-    freedom; 1 or less is agreement. dof: real degrees of freedom. p: chance of so large a G from noise, were the model
-    exact."""
+    freedom; 1 or less is agreement. dof: real degrees of freedom. p: chance of so large a G from noise alone."""
 
     G: float
     dof: float
@@ -45,8 +44,7 @@ def overall(found: Mapping[str, Gap]) -> Gap:
 
 
 def _parts(data: Dataset, residual: Complex) -> dict[str, Array]:
-    """Return by channel (3, F): squared residual over variance, and its mean and variance if the residual is only
-    noise."""
+    """Return by channel (3, F): squared residual over variance, and its mean and variance for pure noise."""
     nu = np.clip(data.nu, 3.0, 1e9)
     # |e|^2 over an estimated variance is F(2, 2 nu): its mean is above 1 and its tail heavier than chi-square's
     mean, spread = nu / (nu - 1.0), nu**3 / ((nu - 1.0) ** 2 * (nu - 2.0))
@@ -67,11 +65,9 @@ def _gap(parts: Array, lost: float) -> Gap:
 
 
 def misfit(data: Dataset, H: Complex) -> Array:
-    """Return the relative misfit (F, C) of a modelled response H (F, C) in each band, beyond noise; values below
-    `LEAST` are set to zero.
+    """Return the relative misfit (F, C) of a modelled H (F, C) in each band, beyond noise; below `LEAST` it is zero.
 
-    As a tolerance of the next fit it keeps a fault of the model in one band from biasing the values that other bands
-    determine."""
+    As a tolerance of the next fit it keeps a model's fault in one band from biasing what other bands determine."""
     energy, noise = np.abs(data.H / H - 1.0) ** 2, data.noise / np.abs(H) ** 2
     block = np.floor(np.log2(data.f / data.f[0]) * BLOCKS_PER_OCTAVE).astype(int)
     out = np.zeros(energy.shape)

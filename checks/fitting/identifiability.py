@@ -17,8 +17,7 @@ TWO_SIDED = 1.959964  # standard deviations of a normal that hold 95 %
 @dataclass(frozen=True)
 class Identifiability:
     """How well the data determine a parameter. sd: standard uncertainty with every other parameter free; sd_alone: if
-    all others were known; rival: the other parameter whose estimate is most correlated with this one, and correlation:
-    with it, -1..1."""
+    all others were known; rival: the parameter most correlated with this one; correlation: with it, -1..1."""
 
     sd: float
     sd_alone: float

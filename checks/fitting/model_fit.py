@@ -1,4 +1,4 @@
-"""A model's uncertain parameters fitted to the responses of one unit, and the doubts about the fitted values."""
+"""A model's uncertain parameters fitted to the responses of one unit: values, doubts about them, and pictures."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -6,16 +6,87 @@ from itertools import chain
 
 import numpy as np
 
+from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.agreement import all_priors, outside_priors
 from checks.fitting.calibrate import Calibration, calibrate
 from checks.fitting.constants import Constant, fit_constants, seed_constants
 from checks.fitting.dataset import Dataset
-from checks.fitting.fit import Fit, free_of, own_cost, start_as_fit
+from checks.fitting.fit import Fit, own_cost, start_as_fit
 from checks.fitting.goodness import Gap, gaps
-from checks.fitting.panels import fit_panels
 from checks.model.model import Model
-from checks.picture import Panel
+from checks.picture import Band, Line, Panel, PanelKind
+from specs.units import RESPONSE_UNITS
+
+BEFORE, AFTER = "model before the fit", "model fitted"
+LEAST_RESIDUAL = 1e-4  # below, a picture shows nothing: no tolerance and no noise is as small
+
+
+def fit_panels(data: Dataset, before: Complex, after: Complex) -> dict[str, Panel]:
+    """Return the panels "<channel> magnitude", "<channel> phase", "<channel> residual" of every channel.
+
+    before, after (F, C): the model at the bins of the data. The residual is drawn beside the 95 % band that noise and
+    tolerance allow; a fit that explains stays within it 19 times in 20."""
+    panels: dict[str, Panel] = {}
+    for c, name in enumerate(data.channels):
+        curves = {"measured": data.H[:, c], BEFORE: before[:, c], AFTER: after[:, c]}
+        panels[f"{name} magnitude"] = _magnitude(data.f, name, curves)
+        panels[f"{name} phase"] = _phase(data.f, name, curves)
+        panels[f"{name} residual"] = _residual(data, c, before[:, c], after[:, c])
+    return panels
+
+
+def frf_panels(f: Array, H: Complex, channels: tuple[str, ...]) -> dict[str, Panel]:
+    """Return the magnitude and phase of a model's responses H (F, C) alone."""
+    panels: dict[str, Panel] = {}
+    for c, name in enumerate(channels):
+        panels[f"{name} magnitude"] = _magnitude(f, name, {"model": H[:, c]})
+        panels[f"{name} phase"] = _phase(f, name, {"model": H[:, c]})
+    return panels
+
+
+_ROLES = {"measured": "data", BEFORE: "before", AFTER: "model", "model": "model"}
+
+
+def _magnitude(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
+    lines = tuple(Line(f, np.abs(H), label, _style(label), _ROLES[label]) for label, H in curves.items())
+    label = f"|{name} / Va| [{RESPONSE_UNITS.get(name, '')}]"
+    return Panel(f"{name} / Va", "frequency [Hz]", label, lines, x_log=True, y_log=True)
+
+
+def _phase(f: Array, name: str, curves: Mapping[str, Complex]) -> Panel:
+    lines = tuple(Line(f, np.degrees(np.angle(H)), label, "points", _ROLES[label]) for label, H in curves.items())
+    return Panel(
+        f"{name} phase",
+        "frequency [Hz]",
+        "phase [deg]",
+        lines,
+        x_log=True,
+        y_range=(-190.0, 190.0),
+        kind=PanelKind.PHASE,
+    )
+
+
+def _residual(data: Dataset, c: int, before: Complex, after: Complex) -> Panel:
+    size = np.abs(data.reference[:, c])
+    allowed = np.sqrt(-np.log(0.05) * data.variance[:, c]) / size  # of a complex normal error of this variance
+    left = {BEFORE: np.abs(data.H[:, c] - before) / size, AFTER: np.abs(data.H[:, c] - after) / size}
+    lines = tuple(
+        Line(data.f, np.maximum(r, LEAST_RESIDUAL), label, _style(label), _ROLES[label]) for label, r in left.items()
+    )
+    band = Band(
+        data.f,
+        np.full(data.f.size, LEAST_RESIDUAL),
+        np.maximum(allowed, LEAST_RESIDUAL),
+        "within noise and tolerance (95 %)",
+    )
+    title = f"{data.channels[c]} residual"
+    return Panel(title, "frequency [Hz]", "|data - model| / |model|", (band, *lines), x_log=True, y_log=True)
+
+
+def _style(label: str) -> str:
+    return "dashed" if label == BEFORE else "solid"
+
 
 SEARCH = "the gap analysis (analyse_gap, accept gap) looks for the cause"
 WITHIN_DECADES = 0.5  # of a power of 1000: what else differs between a strut and its model is less
@@ -42,9 +113,8 @@ class ModelFit:
 
     @staticmethod
     def of(start: Model, first: Dataset, unseen: Dataset | None, starts: int, say: Callable[[str], None]) -> "ModelFit":
-        """Fit the uncertain parameters of a model. unseen: a second realisation, to compare with; starts: of the
-        search. Raises ModelError."""
-        found = calibrate(start, first, free_of(start), unseen=unseen, starts=starts)
+        """Fit a model's parameters. unseen: a second realisation; starts: of the search. Raises ModelError."""
+        found = calibrate(start, first, unseen=unseen, starts=starts)
         # the state before it, if the search ended farther from the data than it began
         before = start_as_fit(start, first, found.fit, "the search ended farther from the data than it began")
         own = replace(found.fit, datasets=tuple(replace(s, tolerance=first.tolerance) for s in found.fit.datasets))

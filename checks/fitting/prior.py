@@ -11,8 +11,7 @@ from checks.model.joint_prior import JointPrior
 
 
 def prior_rows(free: Sequence[Free], joint: JointPrior | None = None) -> Array:
-    """Return W (p, p): W (values - priors) is standard normal before any data; zero rows for parameters without a
-    prior."""
+    """Return W (p, p): W (values - priors) is standard normal before any data; zero rows without a prior."""
     W = np.diag([1.0 / p.sd for p in free])
     joint_rows = [] if joint is None else [i for i, p in enumerate(free) if p.name in joint.names and np.isfinite(p.sd)]
     if joint is None or not joint_rows:

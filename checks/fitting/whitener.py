@@ -43,8 +43,7 @@ class Whitener:
         return white
 
     def independent(self, residual: Complex) -> Array:
-        """Whiten by the noise and tolerance of each bin alone, without the smooth errors; residuals in the order of a
-        call."""
+        """Whiten by each bin's noise and tolerance, without the smooth errors; residuals in the order of a call."""
         return _real(self._lower(residual))
 
     def normal(self, slopes: Complex, white: Array) -> tuple[Array, Array]:
@@ -64,8 +63,7 @@ class Whitener:
         return white.view(complex).reshape(*white.shape[:-1], C, F).swapaxes(-1, -2)
 
     def _lower(self, r: Complex) -> Complex:
-        """Return the lower triangle times residuals, (..., C, F), of residuals (..., F, C), entry by entry: faster than
-        many small products."""
+        """Return the lower triangle (..., C, F) times residuals (..., F, C), by entry: faster than small products."""
         r = r.swapaxes(-1, -2)
         out = np.empty(r.shape, dtype=complex)
         for i, row in enumerate(self._rows):
@@ -81,8 +79,8 @@ class Whitener:
 
 
 def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | Array) -> Whitener:
-    """Return the whitener of f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom; tolerance:
-    one number, or (F, C)."""
+    """Return the whitener at f (F,) of H (F, C), noise cov (F, C, C) with nu (F,) degrees; tolerance: one number, or
+    (F, C)."""
     C = H.shape[1]
     independent: Complex = cov * _covariance_factor(nu, C)[:, None, None]
     d = np.arange(C)

@@ -34,8 +34,7 @@ def table_frequencies() -> Array:
 
 
 def table_limits_um(model: Model) -> tuple[float, float]:
-    """Return the largest |dx| and |dy| [um] of the search: those of the APA300ML in proportion to the actuator's
-    height, the lever of a misalignment."""
+    """Return the largest |dx| and |dy| [um] of the search: the APA300ML's in proportion to the height, their lever."""
     height = model.apa(model.values).height or APA300ML_HEIGHT  # two springs may be stated without one
     scale = height / APA300ML_HEIGHT
     return DX_MAX_UM * scale, DY_MAX_UM * scale
@@ -122,8 +121,7 @@ class MisalignmentTable:
 
     @cached_property
     def _basis(self) -> Complex:
-        """Return orthonormal shapes (r, F) of the ratio over its size at each frequency, from every fourth grid
-        point."""
+        """Return orthonormal shapes (r, F) of the ratio over its size by frequency, from every fourth grid point."""
         some = self.R[::4, ::4].reshape(-1, self.f.size)
         _, size, shapes = np.linalg.svd(some / self._size, full_matrices=False)
         return np.asarray(shapes[:RANK][size[:RANK] > SMALLEST * size[0]], dtype=np.complex128)
@@ -136,8 +134,7 @@ class MisalignmentTable:
 
     @cached_property
     def _features(self) -> Array:
-        """Return features (X Y, r r + 2 r + 1) of the coefficients u on the basis: conj(u_j) u_k, u, 1, in real
-        numbers."""
+        """Return real features (X Y, r r + 2 r + 1) of the coefficients u on the basis: conj(u_j) u_k, u, 1."""
         B = (self._basis.conj() / self._size).T.astype(np.complex64)
         u = (self.R.reshape(-1, self.f.size) @ B).astype(complex)
         pairs = np.einsum("gj,gk->gjk", u.conj(), u).reshape(len(u), -1)

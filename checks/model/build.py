@@ -41,8 +41,7 @@ class FixedBody:
 
 
 def build_model(spec: ModelSpec, superelement: Superelement | None = None, reduced: bool = True) -> Model:
-    """Return the model of a description. superelement: the matrices that `spec.apa_file` holds, already read, when the
-    APA is one.
+    """Return the model of a description. superelement: the matrices of `spec.apa_file`, if the APA is one.
 
     reduced=False keeps every coordinate of the APA: slow, to test the reduction. The list `spec.effects` is not
     applied here. Raises ModelError."""
@@ -104,8 +103,7 @@ def _with_mode_factors(
 ) -> tuple[Callable[[Values], ApaBody], dict[str, float], dict[str, float]]:
     """Return the APA with factors on its free modes, if the file states that these differ from unit to unit: body,
     values and prior standard deviations of the factors. A stiffness goes with the square of a frequency; every one
-    counts, because the modes make up the compliance, but how a mode far above the band is damped changes nothing
-    within."""
+    counts in the compliance, but the damping of a mode far above the band changes nothing within."""
     if not isinstance(spec.apa, ApaOfModes) or spec.apa.mode_scatter is None or not isinstance(apa, FixedBody):
         return apa, {}, {}
     modal, scatter = modal_apa(apa.body), spec.apa.mode_scatter

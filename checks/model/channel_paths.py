@@ -24,8 +24,7 @@ def channel_path(f: Array, values: Mapping[str, float], channel: str) -> Complex
 def lowpass(f: Array, corner_Hz: float, order: float) -> Complex:
     """Return the response (F,) of a Butterworth low-pass ([OPPENHEIM10] 7.2).
 
-    The magnitude is defined for any order. The phase of a fractional order lies between those of its neighbours, so
-    that a fit can move from one order to the next."""
+    The magnitude is defined for any order; the phase lies between those of whole ones, so that a fit can move."""
     whole = int(np.floor(order))
     share = order - whole
     phase = _phase(f / corner_Hz, whole)

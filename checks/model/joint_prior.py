@@ -35,7 +35,6 @@ class JointPrior:
 
     @property
     def values(self) -> dict[str, float]:
-        """Return the means by name."""
         return dict(zip(self.names, (float(v) for v in self.mean), strict=True))
 
     @property

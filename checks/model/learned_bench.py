@@ -39,8 +39,7 @@ class LearnedBench:
         return np.asarray(1.0 + np.interp(f, self.f, d.real) + 1j * np.interp(f, self.f, d.imag))
 
     def tolerance_at(self, f: Array, channels: tuple[str, ...]) -> Array:
-        """Return the relative error (F, C), 1 sd, of the factor for one more unit: its uncertainty and the scatter of
-        units."""
+        """Return the relative error (F, C), 1 sd, of the factor for one more unit: uncertainty and scatter of units."""
         whole = np.hypot(self.sd, self.tolerance)
         found = np.zeros((f.size, len(channels)))
         for i, c in enumerate(channels):
@@ -49,8 +48,7 @@ class LearnedBench:
         return found
 
     def simplified(self, share: float = 0.1, least: float = 2e-4) -> "LearnedBench":
-        """Return the bench at the fewest frequencies that reproduce it within a share of its uncertainty, or
-        `least`."""
+        """Return the bench at the fewest frequencies that keep it within a share of its uncertainty, or `least`."""
         whole = np.hypot(self.sd, self.tolerance)
         near = np.maximum(share * whole, least)
         columns = np.hstack([self.factor.real / near, self.factor.imag / near, 3.0 * np.log(whole + least)])

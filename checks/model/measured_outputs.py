@@ -10,8 +10,7 @@ from checks.errors import ModelError
 from checks.model.channel_paths import channel_path
 from checks.model.electrical import electrical_of
 from checks.model.learned_bench import LearnedBench
-from checks.model.structure.bench import suspension
-from checks.model.structure.encoder import bracket
+from checks.model.structure.fastened import bracket, suspension
 from checks.model.unidentified import factor
 
 Values = Mapping[str, float]
@@ -21,8 +20,7 @@ Channels = tuple[str, ...]
 @dataclass(frozen=True, eq=False)
 class OutputGains:
     """gain (F, C) per motion of a channel; with_rest (F, C) per motion of da at rest; with_own_rest (F, C) per motion
-    of the channel itself at rest; alone (F, C) without any motion; picked (C,): which channels of the motion; da: that
-    of the payload."""
+    of the channel itself at rest; alone (F, C) without motion; picked (C,): its channels; da: payload."""
 
     gain: Complex
     with_rest: Complex
@@ -32,8 +30,7 @@ class OutputGains:
     da: int
 
     def __call__(self, H: Complex, static: Array) -> Complex:
-        """Return the responses (F, C) to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per
-        newton."""
+        """Return the responses (F, C) per volt of Va [V/V, m/V] to a motion H (F, c), static (c,), per newton."""
         return self.in_proportion(H, static) + self.alone
 
     def in_proportion(self, H: Complex, static: Array) -> Complex:
@@ -49,8 +46,7 @@ class OutputGains:
 def output_gains(
     f: Array, v: Values, have: Channels, wanted: Channels, learned: LearnedBench | None = None
 ) -> OutputGains:
-    """Return the channels measured at f (F,) [Hz] from a motion of the channels `have`. Raises ModelError for another
-    channel."""
+    """Return the channels measured at f (F,) [Hz] from a motion of channels `have`. Raises ModelError for others."""
     e = electrical_of(v)
     drive = e.drive(f)
     per_volt = drive * (e.gain * e.ga)

@@ -124,8 +124,7 @@ class Model:
         return replace(self, values=self._at(changes))
 
     def drawn(self, rng: np.random.Generator, most: float) -> "Model":
-        """Return the model with every uncertain parameter drawn from its prior, within so many standard deviations and
-        its bounds."""
+        """Return the model with every parameter drawn from its prior, within so many deviations and its bounds."""
         c = self.calibrated
         away = np.clip(rng.standard_normal(len(c.names)), -most, most)
         values = c.values + away * c.sds
@@ -157,8 +156,7 @@ class Model:
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 
     def system(self, changes: Values = PRIOR_ONLY) -> System:
-        """Return the matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the
-        payload's z [m]."""
+        """Return the matrices from a force pair of 1 N to the motion of sensor stack, encoder and payload [m]."""
         return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
@@ -227,9 +225,8 @@ class Model:
         return PlaceReceptances(places, G[:MOTIONS, :MOTIONS], G[:MOTIONS, -1], y)
 
     def square_slopes(self, names: Iterable[str], changes: Values = PRIOR_ONLY) -> tuple[Array, Array]:
-        """Return the squared frequencies (n,) [rad2/s2] of the modes without damping, rising, and (P, n) their
-        derivatives per unit of each named parameter of the matrices; zero for one that turns the coordinates. Raises
-        ModelError."""
+        """Return the squared frequencies (n,) [rad2/s2] of the undamped modes, rising, and (P, n) their derivatives per
+        unit of named parameters of the matrices; zero for one that turns the coordinates. Raises ModelError."""
         names = tuple(names)
         smooth = [n for n in names if self._smooth(n)]
         system, changed, modes, order = self._matrix_changes(smooth, changes)
@@ -238,8 +235,7 @@ class Model:
         return w2, np.array([found.get(n, np.zeros_like(w2)) for n in names]).reshape(len(names), w2.size)
 
     def poles(self, changes: Values = PRIOR_ONLY) -> Complex:
-        """Return the poles [rad/s] of the mechanics, Im >= 0, by rising magnitude; `frequency_and_damping` reads
-        them."""
+        """Return the poles [rad/s] of the mechanics, Im >= 0, by magnitude; `frequency_and_damping` reads them."""
         return self.modal(changes).poles()
 
     def zeros(self, channel: str, changes: Values = PRIOR_ONLY) -> Complex:
@@ -297,8 +293,7 @@ class Model:
     def _matrix_changes(
         self, names: Sequence[str], changes: Values
     ) -> tuple[System, list[Change], Modes, tuple[str, ...]]:
-        """Return the system, its changes by some parameters, the changes by factors on the APA's modes, and their
-        names."""
+        """Return the system, its changes by parameters and by factors on the APA's modes, and their names."""
         system = self.system(changes)
         factors = any(is_mode_factor(n) for n in names)
         others = [n for n in names if not is_mode_factor(n)]
@@ -324,8 +319,7 @@ def _solved(model: Model, mechanical: tuple[float, ...]) -> tuple[System, Callab
 
 
 def _solver(model: Model, f: Array, system: System, solved: Callable[[], Modal]) -> Modal | Receptances:
-    """Return the solver of the responses at f (F,) [Hz]: by parts for damping of any form if they are known, else by
-    modes."""
+    """Return the solver at f (F,) [Hz]: by parts for damping of any form if they are known, else by modes."""
     return (receptances(system, 2.0 * np.pi * f) if model.damping == "full" else None) or solved()
 
 
@@ -359,8 +353,7 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
 
 
 def _changes_measurement(name: str, values: Values) -> bool:
-    """Return whether a mechanical parameter also changes the measurement (the sensor of a 2-DoF APA reads a spring's
-    force)."""
+    """Return whether a mechanical parameter also changes the measurement (a 2-DoF APA's sensor reads a force)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 

@@ -79,8 +79,7 @@ class Sweep:
 
 
 def sweep_parameters(model: Model, names: Iterable[str], values: Sequence[float], channel: str, f: Array) -> Sweep:
-    """Return the poles, zeros and response of a channel while all `names` take each of `values`, in the names' own
-    unit.
+    """Return poles, zeros and response of a channel while all `names` take each of `values`, in their own unit.
 
     Poles and zeros are those up to the last frequency of f (F,) [Hz]. Raises ModelError for an unknown parameter."""
     names, f = tuple(names), frequencies(f)

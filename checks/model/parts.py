@@ -6,9 +6,7 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.model.parameters import si
-from checks.model.structure.bench import Bench
-from checks.model.structure.encoder import Encoder
-from checks.model.structure.joint import RIGID, Joint
+from checks.model.structure.fastened import RIGID, Bench, Encoder, Joint
 
 Values = Mapping[str, float]
 
@@ -66,8 +64,7 @@ def bench_of(values: Values, held: bool) -> Bench:
 
 
 def offset_of(values: Values) -> Array:
-    """Return the offset (3,) [m] of the line of force from the joints' axis: the APA's, plus the force's from its
-    middle."""
+    """Return the offset (3,) [m] of the line of force from the joints' axis: the APA's, plus its own."""
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset

@@ -54,7 +54,6 @@ class UnidentifiedElement:
         return out
 
     def values(self) -> dict[str, float]:
-        """Return its values by flat name."""
         head = f"{PREFIX}{self.channel}."
         out = {f"{head}gain": self.gain}
         for kind, pairs in (("pole", self.poles), ("zero", self.zeros)):

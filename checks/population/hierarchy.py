@@ -76,8 +76,7 @@ class Belonging:
 
 
 def information(theta: Array, cov: Array, mean: Array, prior_cov: Array) -> tuple[Array, Array]:
-    """Return the likelihood of every unit from its fit: precision (n, p, p) and pull (n, p), the precision times the
-    estimate.
+    """Return every unit's likelihood from its fit: precision (n, p, p) and pull (n, p), precision times estimate.
 
     theta (n, p), cov (n, p, p): posterior of each fit, whose prior N(mean, prior_cov) is taken out. Directions that the
     data do not determine get zero precision, whatever rounding gave. Raises numpy.linalg.LinAlgError for a prior that
@@ -142,8 +141,7 @@ class _Sizes:
         self.bias = self.stated
 
     def fit(self, squares: Array, given: "_Likelihoods") -> float:
-        """Take one step from the weighted squares (n, p) of the distances from the mean; return the largest relative
-        change."""
+        """Take a step from the weighted squares (n, p) of distances from the mean; return the largest change."""
         found = self._of_kind(squares.sum(axis=0)) + self.strength * self.core**2
         scatter = np.maximum(np.sqrt(found / (self.strength + len(squares) * self.members)), LEAST)
         off = self._of_kind((given.mean**2 + np.diag(given.mean_cov)) / self.stated**2) + self.strength
@@ -158,11 +156,9 @@ class _Sizes:
 
 
 class _Likelihoods:
-    """Posterior of the mean and of every unit, scatter and weights given, in units of the prior's scatter, from its
-    mean.
+    """Posterior of the mean and every unit, scatter and weights given, in units of the prior's scatter, from its mean.
 
-    P (n, p, p), h (n, p): likelihoods; bias (p,): 1 sd of the mean's prior; tight (n, p): precision of each unit about
-    the mean."""
+    P (n, p, p), h (n, p): likelihoods; bias (p,): 1 sd of the mean's prior; tight (n, p): each unit's precision."""
 
     def __init__(self, P: Array, h: Array, bias: Array, tight: Array) -> None:
         diagonal = np.arange(h.shape[1])

@@ -124,8 +124,7 @@ class Population:
 
 
 def population_of_fits(fitted: FittedUnits, model: Model, steps: Progress) -> Population:
-    """Make the batch of units that were fitted. A unit that does not belong is taken out, and the others are learned
-    again."""
+    """Make the batch of fitted units. A unit that does not belong is taken out, and the others are learned again."""
     fits = fitted.fits
     free = free_of(model)
     names = tuple(p.name for p in free)

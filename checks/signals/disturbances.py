@@ -1,5 +1,4 @@
-"""Disturbances of the records that the drive does not explain: lines of the mains or of a motion, bursts, and a drive
-at its rail.
+"""Disturbances of records that the drive does not explain: lines of the mains or a motion, bursts, a drive at its rail.
 
 They do not belong to the strut or the model, but they explain a response that is noisier than it should be."""
 
@@ -53,8 +52,7 @@ def is_motion(lines: Mapping[str, Hum]) -> bool:
 
 
 def hum(record: Record, channels: Sequence[str]) -> dict[str, Hum]:
-    """Return, by channel, the strongest line about the mains frequencies that the drive Va does not explain, if one
-    stands out."""
+    """Return, by channel, the strongest line about the mains that Va does not explain, if one stands out."""
     window = hann(record.t.size)
     f: Array = np.fft.rfftfreq(record.t.size, 1.0 / record.fs).astype(float)
     near = (f >= MAINS_HZ[0] - BESIDE_HZ) & (f <= MAINS_HZ[1] + BESIDE_HZ)

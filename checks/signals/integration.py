@@ -10,8 +10,7 @@ CORNER_Hz, DAMPING = 30.0, 0.7
 
 
 def integrated(x: Array, fs: float, times: int) -> Array:
-    """Return x (N,), sampled at fs [Hz], integrated once or twice behind a high-pass of second order at 30 Hz:
-    s^(2 - times) / (s^2 + 1.4 w0 s + w0^2).
+    """Return x (N,) at fs [Hz], integrated once or twice above 30 Hz: s^(2 - times) / (s^2 + 1.4 w0 s + w0^2).
 
     It is causal, so nothing rings before a hit, and adds one pole pair at 30 Hz; above 60 Hz its magnitude is that of
     an integration within 3 %, and a mode's frequency and damping stay as they are. Raises ValueError."""

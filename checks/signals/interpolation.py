@@ -97,8 +97,7 @@ class _Residual:
         return errors
 
     def _with_moved_periods(self, errors: Errors, away: Array) -> Errors:
-        """Return the errors with each inverse period raised by `away` (L,) [1/m], at most by the resolution of the
-        motion."""
+        """Return errors with each inverse period raised by `away` (L,) [1/m], up to the motion's resolution."""
         most = 0.5 / np.ptp(self.x)
         steps = np.clip(away, -most, most).tolist()
         return tuple(replace(e, period_m=1.0 / (1.0 / e.period_m + d)) for e, d in zip(errors, steps, strict=True))
@@ -121,8 +120,7 @@ def _parabola_offset(size: Array, k: int) -> float:
 
 
 def interpolation_errors(record: Record) -> Errors:
-    """Return the periodic errors of an encoder, the largest first; none if nothing repeats over position or the record
-    is too short."""
+    """Return an encoder's periodic errors, the largest first; none if nothing repeats or the record is too short."""
     left = _Residual.of(record)
     found: Errors = ()
     while left is not None and len(found) < LINES:

@@ -40,8 +40,7 @@ class ChannelDelay:
 
 @dataclass(frozen=True)
 class ExpectedSignal:
-    """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None: unknown), in its
-    unit."""
+    """Expected looks of a channel, in its unit: departure from its median within lo..hi, finest step or None."""
 
     lo: float
     hi: float
@@ -49,8 +48,7 @@ class ExpectedSignal:
 
 
 def delay(frf: Frf, channel: str, fs: float, f_lo: float, f_hi: float) -> ChannelDelay:
-    """Return the delay of a channel behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs
-    [Hz].
+    """Return a channel's delay behind the input of frf, from its phase over f_lo..f_hi [Hz], in samples of fs [Hz].
 
     Between two points of a lightly damped structure the response is real but for the delay: its phase is 0 or 180
     degrees. So twice the phase is fitted by a line through 0, coarsely by the best of a grid of +-50 samples, then by
@@ -130,8 +128,7 @@ def dead(channel: str, x: Array, frf: Frf | None = None) -> tuple[Reason, ...]:
 
 
 def responds(frf: Frf, channel: str) -> bool:
-    """Return whether a channel follows the input of frf: clearly in one bin (Bonferroni), or a little in many
-    (Fisher)."""
+    """Return whether a channel follows the input: clearly in one bin (Bonferroni), or a little in many (Fisher)."""
     part = frf.independent().select(channel)
     driven = part.usable & (part.var[:, 0] > 0)
     if (part.usable & (part.var[:, 0] == 0) & (np.abs(part.H[:, 0]) > 0)).any():
@@ -158,8 +155,7 @@ def finest_step(x: Array) -> float | None:
 
 
 def mismatches(columns: Mapping[str, Array], expected: Mapping[str, ExpectedSignal]) -> tuple[Reason, ...]:
-    """Return a reason for each channel that does not look like its name, and one for each pair that fits when
-    exchanged."""
+    """Return a reason for each channel unlike its name, and one for each pair that fits when exchanged."""
     names = [n for n in expected if n in columns]
     looks = {n: (float(np.max(np.abs(x - np.median(x)))), finest_step(x)) for n in names for x in (columns[n],)}
     wrong = [n for n in names if not _fits(looks[n], expected[n])]

@@ -85,7 +85,6 @@ class RecordResponse:
 
     @property
     def title(self) -> str:
-        """Return the names of the records."""
         return " + ".join(self.inputs)
 
     @property

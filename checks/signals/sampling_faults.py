@@ -75,8 +75,7 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
-    examined: a constant value is no fault of sampling.
+    """Return why a record must not be used for any comparison; empty if it is sound. Dead channels are not examined.
 
     Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
@@ -106,8 +105,7 @@ def _faults(record: Record, drive: str, outputs: Sequence[str]) -> tuple[Reason,
 
 
 def _clock_faults(look: _Look) -> tuple[Reason, ...]:
-    """Return a reason for each channel whose clock drifts from the drive's; one for the drive if all channels drift
-    alike."""
+    """Return a reason for each channel whose clock drifts from the drive's; one for the drive if all drift alike."""
     u, seconds = look.record[look.drive], look.record.t.size / look.record.fs
     found = clock_drifts(u, {c: look.record[c] for c in look.left})
     if (
@@ -221,16 +219,14 @@ def _disturbance_faults(look: _Look, cut: Mapping[str, int], near: slice) -> tup
 
 
 def _unexplained_share(look: _Look, channel: str) -> float:
-    """Return the share of a channel's power that the drive does not explain, over half of the blocks that have
-    power."""
+    """Return the share of a channel's power that the drive does not explain, over half of the blocks with power."""
     size = power(look.whole[channel])
     strong = size >= np.quantile(size, 0.8)
     return float(np.median(power(look.left[channel])[strong] / size[strong])) * SHARE
 
 
 def _burst(part: DrivePart, E: Complex) -> int | None:
-    """Return the first sample of the slot with the largest unexplained part, each block over its own power; None if it
-    is even in time."""
+    """Return the first sample of the slot with the largest unexplained part, by block's power; None if even in time."""
     left = part.in_time(E / np.sqrt(power(E))[:, None])
     whole = left.size // SLOT * SLOT
     size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
@@ -266,8 +262,7 @@ def _prediction_errors(x: Array) -> Array:
 
 
 def _shift(look: _Look, channel: str, at: int) -> int:
-    """Return by how many samples a channel comes earlier after a cut than before; 0 if it does not, or if a part is
-    short."""
+    """Return by how many samples a channel comes earlier after a cut; 0 if it does not, or if a part is short."""
     u = look.record[look.drive]
     y = look.record[channel]
     if channel == look.drive:
@@ -315,8 +310,7 @@ def _jitter(look: _Look) -> tuple[Reason, ...]:
 
 
 def _time_error(look: _Look, channel: str, E: Complex) -> float:
-    """Return the standard deviation [s] of a channel's sampling times; 0 if its error does not grow with its
-    velocity."""
+    """Return the standard deviation [s] of the sampling times; 0 if the error does not grow with the velocity."""
     y = look.record[channel][: look.part.n]
     velocity = np.gradient(y) * look.record.fs
     rough = np.diff(look.part.in_time(E), 2)  # differs from sample to sample, unlike drift or creep

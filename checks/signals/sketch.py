@@ -140,8 +140,7 @@ class Sketch:
         return int.from_bytes(hashlib.sha256(content).digest()[:8], "big") >> 1
 
     def same(self, other: "Sketch") -> bool:
-        """Return whether both have the same samples, or one channel is a part of the other, or its every second
-        sample."""
+        """Return whether both have the same samples, or one is a part of the other, or its every second sample."""
         (one, *ours), (two, *theirs) = self.hash_sets[:3], other.hash_sets[:3]
         pairs = [(one, two), *((one, half) for half in theirs), *((two, half) for half in ours)]
         return any(_share(*pair) for pair in pairs) or self._same_noise(other) or self._same_samples(other)
@@ -187,8 +186,7 @@ class Sketch:
 
 
 class Sketches:
-    """The sketches of a unit, which are compared with those of many others: what tells most pairs apart is computed for
-    all of them at once."""
+    """The sketches of a unit, to compare with many others: what tells most pairs apart is computed for all at once."""
 
     def __init__(self, sketches: Sequence[Sketch]) -> None:
         self.all = sketches
@@ -272,8 +270,7 @@ def _noise(x: Array, gaps: Array, strides: tuple[int, ...]) -> tuple[Hashes, ...
 
 
 def _median(counts: Array) -> float:
-    """Return the median of whole numbers (N,), none negative: they are counted, which takes a tenth of a sort, unless
-    most are large."""
+    """Return the median of whole numbers (N,), none negative: counted unless most are large, in a tenth of a sort."""
     if counts.size:
         below = np.cumsum(np.bincount(np.minimum(counts, MOST_COUNTED).astype(np.intp)))
         middle = np.searchsorted(below, [(counts.size - 1) // 2, counts.size // 2], side="right")

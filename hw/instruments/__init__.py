@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from hw.instruments.heidenhain import Heidenhain
     from hw.instruments.lcr800 import Lcr800
     from hw.instruments.manual import Manual
-    from hw.instruments.millimar_m1240 import MillimarM1240
-    from hw.instruments.millimar_optors import MillimarOptors
+    from hw.instruments.millimar_protocols import MillimarM1240, MillimarOptors
     from hw.instruments.reading import Identity, Reading, scaled
     from hw.link import Traffic
 else:
@@ -48,8 +47,7 @@ def driver_problem(driver: Any) -> str:
 
 
 def open_instrument(name: str, entry: InstrumentEntry, ask: Ask) -> Instrument:
-    """Return the driver of an entry. Its first use opens the port. ask: asks a person, for the manual driver. Raises
-    SettingsError."""
+    """Return the driver of an entry. Its first use opens the port. ask: asks a person. Raises SettingsError."""
     if entry.driver not in DRIVERS:
         words = f"'{OFFLINE}' has no wire to it" if entry.driver == OFFLINE else f"unknown driver {entry.driver!r}"
         raise SettingsError(f"{name}: {words} (known: {', '.join(DRIVERS)})")

@@ -42,7 +42,6 @@ class Sampling(Protocol):
 
     def sample(self) -> Reading:
         """Return a single answer: two answers of a moving value would not agree. A series ends with `confirm`."""
-        ...
 
 
 Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
@@ -51,8 +50,7 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 @dataclass(frozen=True)
 class Trial:
     """A change at the instrument during commissioning. asked: the driver asks for this setting, so a reading must be
-    refused; otherwise the value may also stay while the technician sees the change. optional: not every instrument of
-    the kind has it."""
+    refused; else the value may stay if the technician sees the change. optional: not all instruments have it."""
 
     do: str
     asked: bool = True

@@ -26,8 +26,7 @@ ADAPTERS = re.compile(r"FTDI|FT232|CP210|CH340|PL2303|USB|UART|ACM|COM", re.IGNO
 
 
 class Found(NamedTuple):
-    """A place where an instrument may be. place: port, address or VISA name; found: in words; entry: proposed for the
-    bench file; may be empty."""
+    """Where an instrument may be: port, address or VISA name; found: in words; entry: of the bench file, or ""."""
 
     place: str
     found: str
@@ -37,8 +36,7 @@ class Found(NamedTuple):
 def find_instruments(named: Sequence[str], library: str, note: Callable[[str], object]) -> Iterator[Found]:
     """Yield what each serial port, named address and VISA name has, in this order.
 
-    named: VISA names and `host:number` to ask too; library: of VISA; note: receives the reason why VISA finds
-    nothing."""
+    named: VISA names and `host:number` to ask too; library: of VISA; note: takes the reason why VISA finds none."""
     for port in sorted(comports(), key=lambda p: p.device):
         yield _listen(port.device, port.description or "")
     on_network = [name for name in named if HOST_NUMBER.fullmatch(name)]

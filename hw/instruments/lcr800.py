@@ -42,8 +42,7 @@ class Lcr800Settings(SerialSettings):
     """Settings of an LCR-800.
 
     agreement_percent, agreement_D : how far two answers in a row may differ. range_uF : plausible capacitances. max_D :
-    largest plausible dissipation of a piezo stack. bias : "refuse" stops when the meter's bias is on, "allow" does not
-    look."""
+    largest plausible dissipation of a stack. bias : "refuse" stops if the meter's is on, "allow" does not ask."""
 
     speed: Literal["SLOW", "MEDI", "FAST"] = "SLOW"
     circuit: Literal["SERI", "PARA"] = "SERI"
@@ -112,8 +111,7 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._open(deadline)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return every setting that affects a value and has a key. Raises InstrumentRefused with a bias on,
-        Implausible."""
+        """Return every setting that affects a value and has a key. Raises InstrumentRefused, Implausible."""
         found = {}
         for header, choice in self._choices.items():
             found[header] = self._setting_value(header, deadline)
@@ -204,8 +202,7 @@ def _is_number(text: str, value: float) -> bool:
 
 
 def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Settings) -> tuple[float, float]:
-    """Return C [F] and D of the two result lines. Raises Garbled for a wrong width, digits, point or unit,
-    Implausible."""
+    """Return C [F] and D of the two result lines. Raises Garbled for a wrong form or unit, Implausible."""
     first = PRIMARY.fullmatch(text_of(who, primary))
     second = SECONDARY.fullmatch(text_of(who, secondary))
     if not first or not second:

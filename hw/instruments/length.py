@@ -1,5 +1,4 @@
-"""Base of instruments that read a length: settings, agreement of two readings, resolution, the plausible
-range."""
+"""Base of instruments that read a length: settings, agreement of readings, resolution, plausible range."""
 
 from typing import Annotated, TypeVar
 
@@ -15,7 +14,7 @@ METRES = {"mm": 1e-3, "in": 25.4e-3, "um": 1e-6}
 
 class LengthSettings(SerialSettings):
     """range_mm : plausible readings. agreement_um : how far two answers in a row may differ. resolution_um : the
-    coarsest last digit that the display may have."""
+    coarsest last digit."""
 
     range_mm: Annotated[list[float], Field(min_length=2, max_length=2)]
     agreement_um: Positive = 0.5

@@ -53,7 +53,6 @@ class Manual:
             raise SettingsError(f"{name}: unit = {settings.unit!r}, expected one of {words}")
 
     def connect(self) -> Identity:
-        """Do nothing: no instrument is connected."""
         return Identity()
 
     def read(self) -> Reading:
@@ -63,7 +62,6 @@ class Manual:
         return Reading(value, self.unit, time.time(), (typed.encode("utf-8"),))
 
     def confirm(self) -> Identity:
-        """Do nothing: no instrument is connected."""
         return Identity()
 
     def close(self) -> None:

@@ -62,8 +62,7 @@ def check_error(who: str, line: bytes) -> None:
 
 
 def parse_value(who: str, line: bytes, settings: MillimarSettings) -> tuple[float, int]:
-    """Return the metres of `xxx.xxx<unit>`, and its decimals. Raises OverRange, InstrumentRefused, Garbled,
-    Implausible."""
+    """Return the metres of `xxx.xxx<unit>`, and its decimals. Raises an InstrumentError, as `check_error` does."""
     check_error(who, line)
     found = VALUE.fullmatch(line.decode("latin-1").rstrip(" "))
     if not found:

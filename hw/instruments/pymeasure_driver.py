@@ -34,9 +34,8 @@ Plain = bool | float | str
 
 
 class PymeasureSettings(Strict):
-    """class: its full name; value: attribute, such as `impedance[0]`, in `unit`; expect: attribute -> required value
-    before and after each reading. range: plausible values; agreement: largest difference of two answers, both in
-    `unit`."""
+    """class: its full name; value: attribute, such as `impedance[0]`, in `unit`; expect: attribute -> value required
+    around each reading. range: plausible values; agreement: largest difference of two answers, both in `unit`."""
 
     class_: Annotated[str, Field(alias="class")]
     value: Words
@@ -106,7 +105,6 @@ class Pymeasure:
         return identity
 
     def close(self) -> None:
-        """Close the connection, if there is one."""
         device, self._open = self._open, None
         if device is not None:
             self._guard("close", lambda: device.adapter.close())

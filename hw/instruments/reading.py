@@ -11,8 +11,7 @@ from hw.errors import Garbled, Implausible, InstrumentError, OverRange, WrongIns
 @dataclass(frozen=True)
 class Reading:
     """value in `unit` (SI: "m", "F"); t: when it came [s since 1970]; raw: the replies it was read from, in order;
-    more: values that came with it (D of a capacitance), dimensionless; settings: the instrument's settings before and
-    after it."""
+    more: values that came with it (D of a capacitance), dimensionless; settings: before and after it."""
 
     value: float
     unit: str

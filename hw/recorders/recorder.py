@@ -1,7 +1,6 @@
 """A recorder: inputs, and mostly an output, on one clock, from which a record is made.
 
-The back end (`Converter`) moves numbers of the converters; gains, units, ranges and the record are made here, in the
-same way for all back ends."""
+The back end (`Converter`) moves numbers of the converters; gains, units, ranges and the record are made here."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -38,11 +37,9 @@ class Converter(Protocol):
 
     def identify(self) -> Identity:
         """Return model and serial number as the device states them. Raises InstrumentError."""
-        ...
 
     def actual_rate(self, inputs: Sequence[RecorderChannel], rate_Hz: float) -> float:
         """Return the rate [Hz] at which it would run if it was asked for this one. Raises InstrumentError."""
-        ...
 
     def acquire(
         self,
@@ -54,11 +51,8 @@ class Converter(Protocol):
     ) -> Array:
         """Return (C, N) numbers of the inputs, name and entry each, N = samples unless `heard` ended it; output
         (samples,) is played meanwhile, and ends at zero whatever happens. Raises InstrumentError."""
-        ...
 
-    def range_of(self, channel: RecorderChannel) -> float:
-        """Return the end of the range of an input."""
-        ...
+    def range_of(self, channel: RecorderChannel) -> float: ...
 
     def close(self) -> None: ...
 
@@ -99,8 +93,7 @@ class Recorder:
         return self._converter.slow
 
     def connect(self) -> Identity:
-        """Return the identity that the device states. Raises InstrumentError, WrongInstrument if the bench file names
-        another."""
+        """Return the device's identity. Raises InstrumentError, WrongInstrument if the bench file names another."""
         identity = self._converter.identify()
         check_identity(self.name, identity, self.entry.model, self.entry.serial)
         return identity
@@ -109,8 +102,7 @@ class Recorder:
         self._converter.close()
 
     def rate(self, channels: Mapping[str, str], wanted_Hz: float) -> float:
-        """Return the recording rate [Hz]: the bench file's, else the wanted one as near as the device can. Raises
-        InstrumentError."""
+        """Return the rate [Hz]: the bench file's, else the nearest to the wanted one. Raises InstrumentError."""
         inputs = [at for _, at in self._inputs(channels) if at.physical != DRIVE]
         return self._converter.actual_rate(inputs, self.entry.rate_Hz or wanted_Hz)
 
@@ -180,8 +172,7 @@ class Recorder:
             raise SettingsError(f"{self.name}: channel {channel}: {e}") from e
 
     def _output(self, drive: Array) -> Array:
-        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range, which is
-        never cut."""
+        """Return the numbers for the output. Raises SettingsError, Implausible for a drive beyond its range."""
         at = self.entry.drive
         if at is None:
             raise SettingsError(f"{self.name}: [recorders.{self.name}.drive] is missing: this step needs a drive")

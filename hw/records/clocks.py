@@ -71,8 +71,8 @@ def clocks_of(
     file: str, v: Variable, found: Variables, axes: dict[str, Clock], time: Variable | None = None
 ) -> list[Clock]:
     """Return a file's statements on the times of a channel. They must agree; the first counts. axes: time vectors that
-    were already read; time: the one that the user named, which excludes others. Raises RecordError for one that is no
-    time, or if two differ."""
+    were already read; time: named by the user, instead of others. Raises RecordError for one that is no time, or if two
+    differ."""
     stated = [] if v.clock is None else [v.clock()]
     if time is None and stated and stated[0].axis is None:  # an increment, maybe with a vector of times beside it
         times = [at for at in found.values() if at.home == v.home and _is_axis_of(v, at)]
@@ -143,8 +143,7 @@ def _beside(v: Variable, found: Variables) -> Iterator[tuple[str, Variable]]:
 
 
 def _clocks(level: Sequence[tuple[str, Variable]]) -> list[Clock]:
-    """Return the clocks that single numbers at or around a channel state. Raises RecordError for a sampling time or a
-    rate that is not above 0."""
+    """Return the clocks that numbers at a channel state. Raises RecordError for a time or rate that is not above 0."""
     unit = next((text for key, at in level if key in _TIME_UNITS and (text := _text(at))), "")
     scale = seconds(unit or "s")
     starts = {key: at for key, at in level if key in _STARTS}

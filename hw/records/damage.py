@@ -35,8 +35,7 @@ DAMAGE = (
 def refused(file: str) -> Iterator[None]:
     """Turn every failure of a parser inside the block into a RecordError that names the file.
 
-    Floating-point warnings are held back: a signalling NaN of a damaged file warns when it is cast, and the vetting of
-    the values refuses it in words anyway."""
+    Floating-point warnings are held back: a signalling NaN warns when it is cast, and is refused in words anyway."""
     try:
         with np.errstate(all="ignore"):
             yield

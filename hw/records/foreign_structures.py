@@ -1,5 +1,4 @@
-"""Vectors of numbers in the structures that Speedgoat, Simulink, dSPACE and analysers write, each with its unit and the
-times that its structure states."""
+"""Vectors in the structures that Speedgoat, Simulink, dSPACE and analysers write, each with its unit and times."""
 
 import math
 import re

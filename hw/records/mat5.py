@@ -58,8 +58,7 @@ def open_mat5(file: str, raw: bytes) -> dict[str, Variable]:
 
 
 def vet_unpacked(file: str, raw: bytes, most: int) -> None:
-    """Raise RecordError if compressed variables unpack to more than `most` bytes, for readers that unpack all. No data
-    are kept."""
+    """Raise RecordError if compressed variables unpack to more than `most` bytes. No data are kept."""
     left = most
     for element in _elements(file, raw, ">" if raw[126:128] == b"MI" else "<"):
         inflate, packed = zlib.decompressobj(), raw[element.start : element.start + element.size]
@@ -177,8 +176,7 @@ def _text(data: bytes, element: MatElement) -> str:
 
 def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, left: list[int], depth: int = 0) -> Any:
     """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
-    in their shape. None for other kinds, such as complex numbers, objects and functions. left: [parts that may still be
-    read]. Raises RecordError beyond them."""
+    in their shape; None for other kinds. left: [parts that may still be read]. Raises RecordError beyond them."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":

@@ -45,8 +45,7 @@ FORCE = "N"  # unit by which the input of a hammer test is found, if one channel
 class Selection:
     """The parts of a record: name here -> variable, its source as mapped, its unit here ("": SI of the file's own).
 
-    found : the file's content; time : a named time vector; step : a sampling time of all channels; remarks : on the
-    selection."""
+    found : the file's content; time : a named time vector; step : sampling time of all; remarks : on the selection."""
 
     channels: Mapping[str, Variable]
     sources: Channels
@@ -109,7 +108,6 @@ def record_by_input(
     units: Mapping[str, str] = NO_CHANNELS,  # type: ignore[assignment]
     mapped_only: bool = False,
     step_name: str | None = None,
-    limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
     """Return the record of every vector sampled with an input; its remarks state the mapping.
 
@@ -136,7 +134,7 @@ def record_by_input(
             else None
         )
         return assemble(
-            source.file, source.sha256, replace(chosen, step=step, remarks=(*chosen.remarks, *remarks)), limits
+            source.file, source.sha256, replace(chosen, step=step, remarks=(*chosen.remarks, *remarks)), DEFAULT_LIMITS
         )
 
 
@@ -237,8 +235,7 @@ def _no_channel(file: str, input: str, found: Variables, vectors: Variables) -> 
 
 
 def _sampled_apart(drive: Variable, v: Variable) -> str:
-    """Return why a vector cannot belong to the drive's record; "" if it has the drive's length, or an own time of the
-    same step that overlaps."""
+    """Return why a vector cannot belong to the drive's record; "" with its length, or with an overlapping time."""
     a, b = (None, None) if v.clock is None or drive.clock is None else (drive.clock(), v.clock())
     if a is None or b is None or a.axis is not None or b.axis is not None:
         if v.size != drive.size:

@@ -1,5 +1,4 @@
-"""The source of a record, from a path to the declarations of its file: the bytes within the limits, their format, their
-variables."""
+"""The source of a record, from a path to what its file declares: its bytes within the limits, format and variables."""
 
 import hashlib
 import struct
@@ -43,8 +42,7 @@ class Source:
         return self.suffix in SUFFIXES and not other
 
     def variables(self) -> dict[str, Variable]:
-        """Return the variables by name, in file order. Raises RecordError and the errors that `damage.refused`
-        converts."""
+        """Return the variables by name, in file order. Raises RecordError, and what `damage.refused` converts."""
         raw = self.raw
         if raw.startswith(SIGNATURE) or raw.startswith(SIGNATURE, USERBLOCK_BYTES):
             from hw.records.mat73 import open_mat73  # loads h5py: only when wanted
@@ -68,8 +66,7 @@ class Source:
 
 
 def _is_matlab4(raw: bytes) -> bool:
-    """Return whether the bytes begin with the header of a MATLAB 4 variable: type, rows, columns, complex or not, and
-    the length of its name, which ends with a zero."""
+    """Return whether the bytes begin with a MATLAB 4 header: type, rows, columns, complex, and its name's length."""
     for order in "<>":
         if len(raw) > 20:
             kind, rows, columns, is_complex, length = struct.unpack_from(f"{order}5i", raw)

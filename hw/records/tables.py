@@ -54,8 +54,7 @@ def _vet(file: str, name: str, values: Array, min_rows: int) -> None:
 
 
 def list_channels(path: Path) -> dict[str, tuple[int, ...]]:
-    """Return name -> shape of everything in a record file, for messages and pickers, without the data. Raises
-    RecordError."""
+    """Return name -> shape of everything in a record file, without the data. Raises RecordError."""
     source = load_bytes(path)
     with refused(source.file):
         return {name: v.shape for name, v in source.variables().items()}

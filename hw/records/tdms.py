@@ -43,8 +43,7 @@ _UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
 def open_tdms(file: str, raw: bytes) -> dict[str, Variable]:
-    """Return the variables of the bytes of a TDMS file, named by channel alone if only one group has it. Raises
-    RecordError and the errors that `damage.refused` converts."""
+    """Return the variables of a TDMS file's bytes, by channel alone if one group has it. Raises as `damage.refused`."""
     found = TdmsFile.read_metadata(io.BytesIO(raw), raw_timestamps=True)
     if found.file_status.incomplete_final_segment:
         raise RecordError(f"{file}: its last segment is cut off; was it copied before the recorder had finished?")

@@ -18,8 +18,7 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # a name that MATLAB loads as 
 
 
 def mat_bytes(mapping: Mapping[str, ArrayLike], compact: bool = False) -> bytes:
-    """Return MATLAB 5 file of name -> (N,) real numbers, as columns, or a number. No date: the same data give the same
-    bytes.
+    """Return a MATLAB 5 file of name -> columns (N,) or numbers. No date: the same data give the same bytes.
 
     compact: compressed, which takes about ten times as long.
 

@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from hw.simulated.bench import SimulatedBench
     from hw.simulated.heidenhain import HeidenhainDevice
     from hw.simulated.lcr800 import Lcr800Device
-    from hw.simulated.millimar import OptorsDevice
-    from hw.simulated.millimar_m1240 import M1240Device
+    from hw.simulated.millimar import M1240Device, OptorsDevice
     from hw.simulated.server import FaultKind, LineFault, Server
     from hw.simulated.world import BenchSetup, Stage, StageFile
 else:

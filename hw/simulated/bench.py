@@ -2,7 +2,6 @@
 
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 
 from hw.simulated.heidenhain import HeidenhainDevice
 from hw.simulated.lcr800 import Lcr800Device
@@ -51,7 +50,5 @@ class SimulatedBench:
         self.bench_file.write_text(text, encoding="utf-8")
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._running.close()

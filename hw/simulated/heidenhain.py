@@ -1,5 +1,4 @@
-"""An ND 287 or ND 281B ([ND287] pages 102-115; [ND281B] pages 39-62). Assumed: the words of its identification and of
-its errors."""
+"""An ND 287 or ND 281B ([ND287] pages 102-115; [ND281B] pages 39-62). Assumed: words of identification and errors."""
 
 from hw.simulated.device import Device, Source
 
@@ -75,7 +74,6 @@ class HeidenhainDevice(Device):
         return b"SIGNAL TOO SMALL" if self.overrange else b"NO ERROR"
 
     def _frame(self) -> bytes:
-        """Return the value's 15 characters."""
         metres = self.source()
         if self.overrange or metres is None:
             return f"+{'0.0000':>10} ?={self.series}".encode("ascii")

@@ -1,5 +1,4 @@
-"""The quantities that the simulated instruments measure: a unit's true values, and the technician's setup in front of
-them."""
+"""The quantities that the simulated instruments measure: a unit's true values, and the technician's setup."""
 
 import json
 import os
@@ -59,7 +58,6 @@ class StageFile:
         return Stage(**found)
 
     def write(self, stage: Stage) -> None:
-        """Replace the stage as a whole."""
         new = self.path.with_name(self.path.name + ".new")
         new.write_text(json.dumps(asdict(stage)), encoding="utf-8")
         os.replace(new, self.path)
@@ -87,14 +85,12 @@ class Sources:
         self._play = Play(0.0)
 
     def height(self) -> float | None:
-        """Return the height under the probe [m]."""
         probe = self._stage.read().probe
         if probe is None or not 1 <= probe <= len(self._world.heights_m):
             return None
         return self._world.heights_m[probe - 1] + self._rng.gauss(0.0, self._world.height_noise_m)
 
     def capacitance(self) -> float | None:
-        """Return the capacitance between the leads [F]."""
         leads = self._stage.read().leads
         capacitances = {"sensor": self._world.sensor_F, "actuator": self._world.actuator_F}
         if leads not in capacitances:
@@ -102,7 +98,6 @@ class Sources:
         return capacitances[leads] * (1.0 + self._rng.gauss(0.0, self._world.capacitance_noise))
 
     def displacement(self) -> float | None:
-        """Return the displacement of the gauge on the APA [m]."""
         stage = self._stage.read()
         strokes = {"one_stack": self._world.one_stack_m, "two_stacks": self._world.two_stacks_m}
         if stage.stacks not in strokes:

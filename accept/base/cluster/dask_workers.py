@@ -76,8 +76,7 @@ class _Pace:
 
 
 class Labelled(WorkerPlugin):
-    """Reports a worker's code to the scheduler and limits its memory as that of a local process. Only the name is sent;
-    the worker runs its own code."""
+    """Reports a worker's code to the scheduler and limits its memory as a local process's; it runs its own code."""
 
     name = "accept-code"
     idempotent = True
@@ -107,7 +106,6 @@ class DaskWorkers:
         self._idle_since = time.monotonic()
 
     def unordered(self, work: Callable[[T], R], items: Iterable[T]) -> Iterator[tuple[T, R | GivenUp]]:
-        """Yield results as `Workers.unordered` does."""
         self._label()
         left, more, pace = iter(items), True, _Pace()
         doubtful: list[T] = []
@@ -143,7 +141,6 @@ class DaskWorkers:
                     self._hand_in(work, out.pop(future), out, back)
 
     def close(self) -> None:
-        """Close the connection to the scheduler."""
         with suppress(Exception):  # it may be gone
             self._client.close(timeout=5)
 

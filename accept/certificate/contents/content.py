@@ -84,8 +84,7 @@ class CertificateContent:
 
     @cached_property
     def unit_file(self) -> dict[str, Any]:
-        """Return the content of the attached unit.toml, {} if it is not attached. Raises ValueError if it is not
-        TOML."""
+        """Return the content of the attached unit.toml, {} without it. Raises ValueError if it is not TOML."""
         return toml_of(self.files[UNIT_FILE]) if UNIT_FILE in self.files else {}
 
     @cached_property
@@ -165,8 +164,7 @@ class CertificateContent:
 
 
 def read(attachments: Mapping[str, bytes]) -> CertificateContent:
-    """Return the certificate's content that wrote these attachments. Raises ContentError if they are not a
-    certificate's."""
+    """Return the certificate's content that wrote these attachments. Raises ContentError for others."""
     missing = [name for name in RESERVED if name not in attachments]
     if missing:
         raise ContentError(f"no {' and no '.join(missing)} is attached")
@@ -208,8 +206,7 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
 
 
 def within_bounds(result: dict[str, Any]) -> dict[str, Any]:
-    """Return a result that is not too large to be drawn and compared; its records bound samples and gap. Raises
-    ContentError."""
+    """Return a result that can be drawn and compared; its records bound samples and gap. Raises ContentError."""
     written = {key: entry for key, entry in result.items() if key not in ("samples", "gap")}
     if problems := size_problems(written, MOST_ENTRIES, MOST_LETTERS):
         raise ContentError(f"the result is too large for a certificate: {'; '.join(problems)}")

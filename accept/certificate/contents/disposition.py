@@ -18,8 +18,7 @@ class DispositionError(AcceptError, ValueError):
 
 @dataclass(frozen=True)
 class Disposition:
-    """A decision of quality assurance about a unit that was not accepted. choice: a key of `CHOICES`. reason: why, in
-    one line."""
+    """A decision of quality assurance about a unit not accepted. choice: of `CHOICES`. reason: why, in one line."""
 
     choice: str
     reason: str
@@ -29,8 +28,7 @@ class Disposition:
 
 
 def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:
-    """Return the disposition of a unit with this verdict, None for an accepted unit, which needs no disposition. Raises
-    DispositionError."""
+    """Return the disposition of a unit with this verdict, None for an accepted unit. Raises DispositionError."""
     choice, reason = choice.strip().lower(), " ".join(reason.split())
     choices = ", ".join(CHOICES)
     if verdict == UnitVerdict.ACCEPTED:

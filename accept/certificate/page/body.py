@@ -103,8 +103,7 @@ def information(contents: CertificateContent) -> list[Flowable]:
 
 
 def budgets(contents: CertificateContent) -> list[Flowable]:
-    """Return the uncertainty budget of each finding: standard uncertainties, type A from scatter, type B stated
-    ([JCGM100])."""
+    """Return each finding's uncertainty budget: standard uncertainties, type A from scatter, B stated ([JCGM100])."""
     by_finding = (
         f"{label_of(f['quantity'])}: "
         + "; ".join(f"{c['source']}, u = {c['u']:.2g}\u00a0{f['unit']}\u00a0({c['kind']})" for c in f["budget"])

@@ -25,8 +25,7 @@ _ENVIRONMENT = {"temperature_C": ("temperature", "°C"), "humidity_percent": ("r
 
 
 def identity_rows(contents: CertificateContent) -> list[tuple[str, str]]:
-    """Return the rows below the verdict, name and words. Hashes are shortened: whole ones stand behind all that was
-    measured."""
+    """Return the rows below the verdict, name and words. Hashes are shortened: whole ones come last."""
     parts = contents.result.get("parts") or {}
     return [
         *(("Decided", decided) for decided in stated_words(contents.result.get("dispositions", ()))),
@@ -53,8 +52,7 @@ def compared_rows(contents: CertificateContent) -> list[tuple[str, str]]:
 
 
 def operator_words(contents: CertificateContent) -> str:
-    """Return who signs and, if others measured the unit, who they are, whose names are typed: of several, the notes
-    name them step by step."""
+    """Return who signs and, if others measured the unit, who they are: of several, the notes name them by step."""
     signs = contents.operator or "not named"
     by_check = units.by_check(contents.unit_file, "measured_by", [])
     people = list(dict.fromkeys(name for names in by_check.values() for name in names))

@@ -95,8 +95,7 @@ def _explanation(result: Mapping[str, Any]) -> list[Flowable]:
 
 def _row_heights(above: float, below: float, rows: int) -> list[float]:
     """Return the height [mm] of each row of panels between text of these heights [pt]. All rows go on the first page if
-    they stay legible; otherwise as many legible rows as fill it, and the others in equal parts on as few pages as hold
-    them."""
+    they stay legible; otherwise as many as fill it, and the others in equal parts on as few pages as hold them."""
     least, most = _ROW_HEIGHTS
     free, later = ((room - 1.0) / mm for room in (_first_frame()[1] - above, _later_frame()[1]))
     space = _SPACE_ABOVE / mm

@@ -45,8 +45,7 @@ def stamp_style(
     disposition: Disposition | None = None,
     simulated: bool = False,
 ) -> StaticStampStyle:
-    """Return the appearance of a signature for pyhanko, as large as its box [pt]. simulated: below a unit that no
-    instrument measured."""
+    """Return the appearance of a signature for pyhanko, as large as its box [pt]. simulated: of a simulated unit."""
     return StaticStampStyle(
         border_width=0,
         background=_Page(_draw(credential, when, size, disposition, simulated)),

@@ -73,8 +73,7 @@ def _artefact(path: str, name: str, entry: InstrumentEntry) -> ReferenceEntry:
 def _values(
     name: str, entry: InstrumentEntry, artefact: ReferenceEntry, count: int, in_place: bool
 ) -> tuple[list[float], Evidence]:
-    """Return readings of the artefact in its unit, and what went over the line. Raises InstrumentError,
-    UnitMismatch."""
+    """Return readings of the artefact in its unit, and the traffic. Raises InstrumentError, UnitMismatch."""
     if entry.driver == OFFLINE:
         ask = f"Put {artefact.what} on {name}; what does it show, in {artefact.unit}? "
         return [_number(ask_at_terminal(ask)) for _ in range(count)], {}

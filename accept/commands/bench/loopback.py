@@ -127,8 +127,7 @@ class Loopback(server.Server):
         raise self._admit(request.query.get("token", ""))
 
     def _admit(self, token: str) -> web.HTTPFound:
-        """Return the redirection that gives the session to the first browser that brings the printed token, and to no
-        other."""
+        """Return the redirection that gives the session to the first browser alone that brings the printed token."""
         if self._token is None or not _same(token, self._token):
             raise web.HTTPForbidden(text="open the address that accept run --web printed; one browser, once")
         self._token = None
@@ -147,8 +146,7 @@ def _same(given: str, expected: str) -> bool:
 
 
 def template_without_strangers(folder: Path) -> None:
-    """Write the package's page without its links to other hosts, which a bench may not reach and which must not learn
-    what is measured."""
+    """Write the package's page without its links to other hosts, which must not learn what is measured."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
     page = _ELSEWHERE.sub("", page).replace("</body>", f"{additions()}{_FOCUS}</body>")
     (folder / "app_index.html").write_text(page, encoding="utf-8")

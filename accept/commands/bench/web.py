@@ -36,6 +36,5 @@ def run(arguments: Sequence[str], port: int) -> Exit:
 
 
 def command(arguments: Sequence[str]) -> list[str]:
-    """Return the command for every window as a list of words: a line for a shell would need another quoting on
-    Windows."""
+    """Return the command for every window as a list of words: Windows quotes lines otherwise."""
     return [sys.executable, "-P", "-m", "accept", "run", *arguments]

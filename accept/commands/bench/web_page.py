@@ -1,5 +1,4 @@
-"""Additions to the page of `accept run --web` beside the terminal: keys that a glove hits, and photos that are
-dropped."""
+"""Additions to the page of `accept run --web` beside the terminal: keys for gloves, and photos that are dropped."""
 
 UPLOAD = "/photo"  # takes a dropped or pasted file, answers with its path
 

@@ -73,8 +73,7 @@ def golden_left_out(frame: pd.DataFrame) -> Remark:
 
 
 def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[File, File]:
-    """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or an empty cell. document: JSON in
-    place of the rows."""
+    """Return the rows as JSON and CSV, times as ISO 8601, missing numbers as null or empty. document: the JSON."""
 
     def records() -> bytes:
         return (frame.to_json(orient="records", date_format="iso", indent=1) + "\n").encode()
@@ -86,8 +85,7 @@ def files(outputs: Outputs, frame: pd.DataFrame, document: Any = None) -> tuple[
 
 
 def rows(frame: pd.DataFrame, title: str, formats: Mapping[str, str] = MappingProxyType({})) -> Table:
-    """Return a table of rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut into
-    pieces."""
+    """Return a table of rows. formats: column -> format of its numbers, e.g. "{:.4g}"; text is never cut."""
     names = list(map(str, frame.columns))
     shown = (
         [Text(_label_words(n, _cell_text(v, formats.get(n)))) for n, v in zip(names, row, strict=True)]

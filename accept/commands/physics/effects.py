@@ -1,5 +1,4 @@
-"""`accept model effects`: list the effects that can be named as missing, their signs, and the experiment that isolates
-each."""
+"""`accept model effects`: list the effects that can be named as missing, their signs, and the experiment for each."""
 
 import textwrap
 

@@ -23,8 +23,7 @@ Seed = Annotated[int, Option(help="Seed of the random numbers.")]
 
 @dataclass(frozen=True)
 class Shaping:
-    """Amplitude over frequency. notch_from: a first record (t, Va and de) whose resonance is notched; its own width and
-    depth unless they are given."""
+    """Amplitude over frequency. notch_from: a first record (t, Va and de) whose resonance is notched."""
 
     notch: Annotated[float | None, Option(help="Less amplitude around this resonance [Hz].")] = None
     notch_width: Annotated[float | None, Option(help="Width of the notch [Hz].")] = None
@@ -167,8 +166,7 @@ def _answer(out: Path, playing: Playing, make: Callable[[Rig], Excitation]) -> A
 
 
 def content(excitation: Excitation, out: Path) -> bytes:
-    """Return the file's bytes: .mat with t, Va and what helps to read the answer, .csv with t and Va. Raises
-    ValueError."""
+    """Return the file's bytes: .mat with t, Va and how it was made, .csv with t and Va. Raises ValueError."""
     signal: Mapping[str, ArrayLike] = {"t": excitation.t, "Va": excitation.Va}
     if out.suffix.lower() == ".csv":
         return csv_bytes(signal)

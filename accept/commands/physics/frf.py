@@ -156,8 +156,7 @@ def run(
 def _estimate(
     read: Sequence[Record | ImportedResponse], settings: EstimatorSettings, hits: HammerOptions
 ) -> list[MeasuredResponse]:
-    """Return the responses of the records, of all hits with a hammer, and those that were read. Raises RecordError if
-    they cannot be taken together."""
+    """Return the responses of the records, of all hits with a hammer, and those that were read. Raises RecordError."""
     f_lo, f_hi = settings.f_lo, settings.f_hi
     imported = [replace(r, frf=r.frf.cut(f_lo, f_hi)) for r in read if isinstance(r, ImportedResponse)]
     taken = [r for r in read if isinstance(r, Record)]
@@ -281,8 +280,7 @@ def with_U(value: float, U: float) -> str:
 
 
 def _coherent(frf: Frf, channel: str) -> str:
-    """Return the first and last frequency with a coherence above COHERENT, and the share of the bins between that have
-    it."""
+    """Return the first and last frequency with a coherence above COHERENT, and the share of such bins between."""
     coherence = frf.coherence[:, frf.index(channel)]
     if np.isnan(coherence).all():
         return "not stated"

@@ -1,5 +1,4 @@
-"""`accept misalign`: estimate where the APA sits between its joints, with its uncertainty, or why it cannot be
-determined."""
+"""`accept misalign`: estimate where the APA sits between its joints, with its uncertainty, or the cause without one."""
 
 from pathlib import Path
 from typing import Annotated

@@ -30,8 +30,7 @@ def run(file: Annotated[str, Argument(help="TOML file of the spec.")], passphras
 
 
 def approval_words(spec: Spec) -> str | None:
-    """Return whether a spec is approved at this bench, by whom, and by which event; None without keys. Raises
-    KeysError, StoreError."""
+    """Return by whom a spec is approved here, if at all; None without keys. Raises KeysError, StoreError."""
     if not keys.exist(home()):
         return None
     found = spec_approval.approval_of(spec, home(), keys.ca(home()), keys.revoked(home()))

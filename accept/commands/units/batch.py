@@ -81,8 +81,7 @@ def _earlier_serials(out: Path) -> set[str]:
 
 
 def signer(how: JudgingOptions, certifies: bool = True) -> tuple[Credential | None, str]:
-    """Return the key that signs certificates, if any are wanted, and who judges. Raises SpecError or ModelError if
-    there is no such model."""
+    """Return the key that signs certificates, if any are wanted, and who judges. Raises SpecError, ModelError."""
     if how.model is not None:
         from accept.models.model_file import open_model
 

@@ -53,8 +53,7 @@ def run(
 
 
 def measured(paths: Sequence[Path], spec: str | None) -> list[UnitRecord]:
-    """Return results by serial. Raises UnitError for one that cannot be read, a serial that comes twice, fewer than
-    two."""
+    """Return results by serial. Raises UnitError for one that cannot be read, a serial twice, fewer than two."""
     specs = specs_for(spec)
     folders = dict.fromkeys(folder.resolve() for path in paths for folder in units.find(path))
     results: dict[str, UnitRecord] = {}

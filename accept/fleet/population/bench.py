@@ -27,8 +27,7 @@ EXPLAINED = (
 
 @dataclass(frozen=True)
 class Feature:
-    """A band in which the bench changes a channel: by how much at most (relative), at which frequency, and its standard
-    uncertainty there."""
+    """A band in which the bench changes a channel: by how much at most (relative), at which frequency, and u there."""
 
     channel: str
     f_lo_Hz: float
@@ -39,7 +38,6 @@ class Feature:
 
     @property
     def sharp(self) -> bool:
-        """Return whether it is as narrow as a resonance."""
         return bool(np.log2(self.f_hi_Hz / self.f_lo_Hz) < SHARP_OCTAVES)
 
 

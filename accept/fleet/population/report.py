@@ -51,8 +51,7 @@ EXPLAINED = (
 
 
 def write_population(path: Path, found: LearnedPopulation, learned_on: str | None = None) -> None:
-    """Write batch and bench as a model file; learned_on: the day, in ISO 8601. Raises SpecError, ModelError,
-    OSError."""
+    """Write batch and bench as a model file; learned_on: the day, ISO. Raises SpecError, ModelError, OSError."""
     batch, spec = found.batch, found.given.spec
     cov = batch.of_one_more
     record = PopulationRecord(

@@ -128,7 +128,6 @@ class Alarm:
         return None if self.rule in ON_BOTH_SIDES else "up" if self.size > 0 else "down"
 
     def document(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return what the alarm is as a document. names: of the values."""
         ends = {"first": names[self.first], "last": names[self.last]}
         of = {"rule": self.rule, **ends, "direction": self.direction, "size": self.size, "U": self.U}
         return {**of, "rings": self.rings}
@@ -321,8 +320,7 @@ def _changes(x: Array, kept: NDArray[np.intp], base: Baseline, chance: float) ->
 def _same_level(
     part: int, earlier: list[int], means: list[float], edges: list[int], base: Baseline, chance: float
 ) -> int | None:
-    """Return the last of some earlier parts whose mean does not differ significantly from that of a part, None without
-    such a part."""
+    """Return the last of some earlier parts whose mean does not differ significantly from that of a part, or None."""
     size, significant = np.diff(edges), _quantile(edges[-1], base, chance)
     for other in reversed(earlier):
         error = base.sigma * float(np.sqrt(1.0 / size[part] + 1.0 / size[other]))
@@ -357,8 +355,7 @@ def _split(x: Array, offset: int, base: Baseline, chance: float) -> list[int]:
 
 def _refine(x: Array, places: list[int], base: Baseline, chance: float) -> list[int]:
     """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
-    out if it is not significant then: a split of the whole is only approximately at the place that later splits
-    show."""
+    out if it is not significant then: a split of the whole is only approximately in place."""
     edges = [0, *places, x.size]
     significant = _quantile(x.size, base, chance) ** 2 * base.sigma**2
     i = 1
@@ -383,8 +380,7 @@ def _between(x: Array, first: int, present: int, end: int) -> int:
 
 
 def best_split(x: Array, least: int) -> int | None:
-    """Return where to split x (n,) so that two means, of at least so many values, describe it best; None if it is too
-    short."""
+    """Return where to split x (n,) so that two means, of at least so many values, describe it best; or None."""
     at = np.arange(least, x.size - least + 1)
     if not at.size:
         return None

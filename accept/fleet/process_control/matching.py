@@ -19,8 +19,7 @@ TIME_LIMIT_S = 60.0  # a person waits so long; what is then not proven best is s
 @dataclass(frozen=True)
 class MatchedSets:
     """Units chosen for sets that are alike. sets: indices of the units of each; cost: of each set, width over U summed
-    over quantities; proven: whether no better choice exists, else the time was up and bound is the least cost that
-    could still exist."""
+    over quantities; proven: whether no better choice exists; bound: else the least cost that could."""
 
     sets: tuple[tuple[int, ...], ...]
     costs: tuple[float, ...]
@@ -63,8 +62,7 @@ def ideal_replacement(values: Array, U: Array, members: Sequence[int]) -> tuple[
 
 
 def _solve(scaled: Array, size: int, sets: int, time_limit_s: float) -> tuple[list[Array], bool, float]:
-    """Solve the mixed-integer programme. Variables: x (sets, N) chosen, top (sets, Q), bottom (sets, Q); the cost is
-    top - bottom."""
+    """Solve the mixed-integer programme. Variables: x (sets, N) chosen, top, bottom (sets, Q); cost: top - bottom."""
     n, q = scaled.shape
     lo, hi = scaled.min(axis=0), scaled.max(axis=0)
     binaries, edges = sets * n, sets * q

@@ -33,8 +33,7 @@ def is_other_serial(name: str, serial: str) -> bool:
 
 def doubted_folder(store: Store, unit: UnitFolder, confirmed_by: str = "") -> dict[str, str]:
     """Return the name of a unit's folder if it is the serial of another unit, with who confirmed the serial in it: now,
-    or when the same `unit.toml` was judged last; and the known serial that looks like it. Empty without a doubt. Raises
-    StoreError."""
+    or when the same `unit.toml` was judged last; and the known serial that looks like it; or {}. Raises StoreError."""
     alike = doubted_serial(store, unit.serial)
     name = folder_of(unit)
     known = spelling_key(name) != spelling_key(unit.serial) and store.latest(name, UnitJudged.KIND) is not None
@@ -50,15 +49,13 @@ def doubted_folder(store: Store, unit: UnitFolder, confirmed_by: str = "") -> di
 
 
 def serial_doubt(store: Store, serial: str, unit: UnitFolder | None) -> str | None:
-    """Return the question about a serial in doubt, None without a doubt. unit: its folder, None without one. Raises
-    StoreError."""
+    """Return the question about a serial in doubt, or None. unit: its folder, or None. Raises StoreError."""
     doubted = doubted_serial(store, serial) if unit is None else doubted_folder(store, unit)
     return serial_question(serial, doubted) if doubted else None
 
 
 def doubted_serial(store: Store, serial: str) -> dict[str, str]:
-    """Return the earlier serial that looks like this one, empty without one or if they were told apart. Raises
-    StoreError."""
+    """Return the earlier serial that looks like this one, empty if they were told apart. Raises StoreError."""
     known = unconfirmed(store, serial)
     return {ALIKE: known[0]} if known else {}
 
@@ -72,8 +69,7 @@ def unconfirmed(store: Store, serial: str) -> list[str]:
 
 
 def tell_apart(store: Store, serial: str, who: str) -> None:
-    """Store that a person told a serial apart from those that look like it, so that it is asked once. Raises
-    StoreError."""
+    """Store that a person told a serial apart from those that look like it. Raises StoreError."""
     if known := unconfirmed(store, serial):
         store.write(SerialConfirmed(tuple(known)), serial, who=who)
 

@@ -218,8 +218,7 @@ def _conceded(decided: Sequence[NonconformanceDecided]) -> str:
 
 
 def is_only_held(finding: Finding) -> bool:
-    """Return whether a finding would pass without the nonconformance that holds the unit: earlier programs made every
-    finding of such a unit conditional."""
+    """Return whether a finding would pass without the nonconformance: earlier programs made every one conditional."""
     return (
         finding.verdict is Verdict.CONDITIONAL
         and finding.cause is not None

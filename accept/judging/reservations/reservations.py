@@ -1,5 +1,4 @@
-"""Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
-verdict.
+"""Reservations: facts against a unit that the bench's store knows, not its folder, and their effect on the verdict.
 
 A recording that is filed twice does not count (`copies`), one that was read otherwise before makes no
 finding pass that did not (`reread`), nor does one that an earlier attempt holds something against
@@ -83,8 +82,7 @@ class Reservations:
         return cls(**{name: getattr(entry, name) for name in STATED}, of_findings=Cause.NONCONFORMANCE in causes)
 
     def with_notes(self, notes: Mapping[str, Sequence[str]]) -> "Reservations":
-        """Return these and the nonconformances among the notes of the unit's folder, but for those that the last
-        disposition about them released."""
+        """Return these and the nonconformances among the folder's notes, but for those that a disposition released."""
         last = {w: given["disposition"]["choice"] for given in self.dispositions for w in given["nonconformances"]}
         here = [words for words in in_notes(notes) if words in self.nonconformances or last.get(words) not in RELEASING]
         return replace(self, nonconformances=(*here, *(n for n in self.nonconformances if n not in here)))

@@ -38,8 +38,7 @@ class _Typeface(TTFont):  # type: ignore[misc]  # reportlab has no types
 
 @cache
 def register() -> None:
-    """Register the typeface with reportlab, once, and let it write binary streams: as text they take a third more room
-    and most of the time."""
+    """Register the typeface with reportlab, once, and let it write binary streams: as text they take most time."""
     rl_config.useA85 = 0
     # Pages, drawings and cells of tables begin with these: Helvetica would be there, not embedded.
     rl_config.canvas_basefontname = shapes.STATE_DEFAULTS["fontName"] = CellStyle.fontname = REGULAR

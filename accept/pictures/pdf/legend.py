@@ -65,8 +65,7 @@ def _handle(area: Area, entry: LegendEntry, x: float, y: float) -> None:
 
 
 def _place(area: Area, width: float, height: float, items: Sequence[Item]) -> tuple[float, float]:
-    """Return the lower left corner of the box that covers the fewest points: corners first, then middles of the
-    sides."""
+    """Return the lower left corner of the box that covers the fewest points: corners first, then sides."""
     x, y = _points(area, items)
     columns = (area.right - _EDGE - width, area.left + _EDGE, area.left + (area.width - width) / 2)
     rows = (area.top - _EDGE - height, area.bottom + _EDGE, area.bottom + (area.height - height) / 2)

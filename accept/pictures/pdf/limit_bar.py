@@ -30,8 +30,7 @@ def limit_bar(finding: Mapping[str, Any], width: float, height: float) -> Drawin
 
 
 def _view(lower: float | None, upper: float | None, value: float | None, U: float) -> tuple[float, float]:
-    """Return the ends of the axis: both limits and half a zone outside, or enough around one limit to show the
-    value."""
+    """Return the axis's ends: both limits and half a zone outside, or enough around one limit for the value."""
     if lower is not None and upper is not None:
         half = (upper - lower) / 2
         return lower - half, upper + half

@@ -124,8 +124,7 @@ class Working(Screen[T]):
         self._afterwards[worker] = (then, failed)
 
     async def answer(self, event: Callable[..., Turn[Any]], *data: Any) -> None:
-        """Let the dialogue of this screen answer an event, with what is typed and stored at this moment, and do what
-        follows."""
+        """Let this screen's dialogue answer an event, with what is typed and stored now, and do what follows."""
         if self.alive:
             await self.follow(self.at_present().then(event, *data))
 

@@ -21,8 +21,7 @@ _FORGOTTEN_S = 5.0  # after a letter: it was no scan
 
 
 class OpensUnits(KnowsPassphrases, Protocol):
-    """The application as a screen of one unit needs it: it opens others. queue: units that are opened one after the
-    other."""
+    """The application as a screen of one unit needs it: it opens others. queue: units, one after the other."""
 
     bench: Workbench | None
     session: Session | None
@@ -30,8 +29,7 @@ class OpensUnits(KnowsPassphrases, Protocol):
     shift: SigningShift
 
     async def next_unit(self, queue: Queue, words: str = "", goes_on: Queue | None = None) -> str:
-        """Open the unit that waits behind this one, and go on with another queue from there; return why no other is
-        open."""
+        """Open the unit that waits behind this one, and go on with another queue; return why no other is open."""
 
     async def go_to(self, serial: str, kind: str, queue: Queue | None) -> None:
         """Leave this unit and open another one."""
@@ -71,7 +69,6 @@ class Scanning(Working[bool]):
 
     @property
     def bench_app(self) -> OpensUnits:
-        """Return the application, which opens other units."""
         return cast(OpensUnits, self.app)
 
     async def action_leave(self) -> None:
@@ -85,7 +82,6 @@ class Scanning(Working[bool]):
             part.scroll_relative(y=way * max(1, part.size.height - 1), animate=False)
 
     def takes_scans(self) -> bool:
-        """Return whether letters are a serial."""
         return True
 
     def on_key(self, event: Key) -> None:

@@ -58,7 +58,6 @@ class InFront(ModalScreen[T | None]):
             yield from self.asked()
 
     def asked(self) -> ComposeResult:
-        """Return what is asked, below the words."""
         raise NotImplementedError
 
     def answer(self, answer: T | None) -> None:

@@ -28,8 +28,7 @@ def is_cue(words: str) -> bool:
 
 
 class CaptureLog:
-    """Lines of a measurement. The cue stays until another one comes or a question is asked; of the findings the last
-    lines stay."""
+    """Lines of a measurement. The cue stays until the next or a question; of findings the last lines."""
 
     def __init__(self) -> None:
         self._cue = ""

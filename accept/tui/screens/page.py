@@ -64,7 +64,6 @@ class Page(Scanning):
         yield from ()
 
     def parts(self) -> ComposeResult:
-        """Return the widgets of the body."""
         raise NotImplementedError
 
     def drawings(self) -> ComposeResult:
@@ -85,7 +84,6 @@ class Page(Scanning):
         self.refresh_bindings()
 
     async def on_step_list_wanted(self, event: StepList.Wanted) -> None:
-        """Go to a step that was pointed at."""
         if event.name != self._row:
             await self.bench_app.go_to_step(event.name)
 

@@ -1,5 +1,4 @@
-"""The first screen, with the units of the bench: renders its dialogue, passes on keys and executes effects; what they
-mean is decided there."""
+"""The first screen, with the units of the bench: renders its dialogue, passes on keys and executes effects."""
 
 import asyncio
 from collections.abc import Callable, Sequence

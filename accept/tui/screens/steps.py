@@ -220,7 +220,6 @@ class Steps(Scanning):
             await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
 
     async def open_step(self, name: str) -> None:
-        """Open a step that was chosen elsewhere."""
         self.query_one(StepList).stand_at(name)
         await self._open(None if name == GAP else self.session.step(name))
 

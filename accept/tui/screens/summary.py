@@ -33,7 +33,8 @@ from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usua
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
-from accept.workflow.dialogue.summary import Do
+from accept.workflow.dialogue import summary_effects as effects
+from accept.workflow.dialogue.summary_effects import Do
 from accept.workflow.dialogue.summary_state import SummaryDialogue, Turn
 from accept.workflow.effects.serve_summary import facts
 from accept.workflow.session import Session
@@ -147,29 +148,29 @@ class Summary(Scanning):
             case Do.RING if os.environ.get(SOUND, "").strip() == "1":
                 for n in range(1 if self.dialogue.accepted else 3):
                     self.set_timer(n * _BETWEEN_BELLS_S + 0.01, self.app.bell)
-            case dialogue.LookForKeys(role):
+            case effects.LookForKeys(role):
                 keys = replace(self.signing.keys(role), kept=shift.passphrase(operator) is not None)
                 await self.answer(dialogue.keys_found, effect, keys)
-            case dialogue.Ask():
+            case effects.Ask():
                 await self._ask(effect)
-            case dialogue.KeepPassphrase(passphrase):
+            case effects.KeepPassphrase(passphrase):
                 shift.keep(operator, passphrase)
-            case dialogue.SignAsTechnician(passphrase) if effect.makes_keys:
+            case effects.SignAsTechnician(passphrase) if effect.makes_keys:
                 self.send(
                     lambda: self.signing.make_keys(passphrase),
                     lambda left: self.later(dialogue.keys_made, effect, str(left)),
                     "making keys",
                 )
-            case dialogue.SignAsTechnician(first=first) if first:
+            case effects.SignAsTechnician(first=first) if first:
                 told = Help("Keys were created", first)
                 self.app.push_screen(told, lambda _: self.call_next(self.execute, replace(effect, first="")))
-            case dialogue.SignAsTechnician(typed, reason):
+            case effects.SignAsTechnician(typed, reason):
                 opens = typed or shift.passphrase(operator)
                 if opens is None:  # the bench was left while the question stood
                     await self.answer(dialogue.press, "ctrl+s")
                     return
                 self._begin_signing(lambda: self.signing.sign(opens, reason), partial(self._signed, opens), "signing")
-            case dialogue.Countersign(passphrase, choice, reason):
+            case effects.Countersign(passphrase, choice, reason):
                 self._begin_signing(
                     lambda: self.signing.countersign(passphrase, choice, reason),
                     partial(self.later, dialogue.signed),
@@ -210,7 +211,7 @@ class Summary(Scanning):
         for ticks in self.query("#ticks").results(Static):
             ticks.update(_ticks(self.dialogue, self._signs, between))
 
-    async def _ask(self, asked: dialogue.Ask) -> None:
+    async def _ask(self, asked: effects.Ask) -> None:
         """Ask; keys that follow wait for the question, so that no passphrase goes elsewhere."""
         words = self._what_is_signed().append(f"\n\n{asked.words}", "not bold default") if asked.states else asked.words
         lines = [QuestionLine(line.value, secret=line.is_secret) for line in asked.lines]

@@ -14,8 +14,7 @@ _OF_THEME = {"green": "$success", "red": "$error", "yellow": "$warning", "cyan":
 
 
 def entitle(card: Widget, title: str, state: Sequence[tuple[str, str]] | str = "") -> None:
-    """Set title and state of a card; the state as words or as pieces, each with its style. Nothing in them is a
-    style."""
+    """Set title and state of a card; the state as words or styled pieces. Nothing in them is a style."""
     pieces = [(state, "not bold")] if isinstance(state, str) else state
     styled = (
         (words, " ".join(_OF_THEME.get(part, part) for part in style.split() if part != "dim"))

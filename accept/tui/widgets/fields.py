@@ -19,8 +19,7 @@ SAVED = "▪"  # what is saved is not yet judged: no mark of a verdict
 
 
 class Field(Vertical):
-    """One line: label, typed text and saved value beside each other, of a file below each other; then the reason of a
-    refusal, or a question."""
+    """One line: label, typed text and saved value (of a file below each other); then a refusal, or a question."""
 
     def __init__(self, place: FieldPlace) -> None:
         optional = not (is_needed(place.declared) or place.among_optional)

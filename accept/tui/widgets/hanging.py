@@ -41,8 +41,7 @@ def _folded(line: Text, console: Console, width: int) -> Iterator[Text]:
 
 
 class Hanging(Static):
-    """Shows such a text. Of another text as long as the one before, the lines that differ are drawn and sent to the
-    terminal."""
+    """Shows such a text. Of another as long as the one before, only lines that differ are drawn and sent."""
 
     def __init__(self, words: str | Text = "", *, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(id=id, classes=classes, markup=False)
@@ -76,8 +75,7 @@ class Hanging(Static):
             self.refresh(*regions, layout=len(before) != len(after) and self.styles.auto_dimensions)
 
     def _rows(self) -> list[Strip]:
-        """Return the rows as they are drawn, none before the first layout. Lines that were there before are not drawn
-        anew."""
+        """Return the rows as they are drawn, none before the first layout. Lines as before are not drawn anew."""
         width, style, console = self.size.width, self.visual_style, self.app.console
         if self._drawn_for != (width, style, self._hung):
             before = self._rows_of if self._drawn_for[:2] == (width, style) else {}

@@ -1,5 +1,4 @@
-"""A hammer test while it is recorded: what to do now, every hit with its force and verdict, and what the good ones show
-so far."""
+"""A hammer test while it is recorded: what to do now, every hit with force and verdict, and what the good ones show."""
 
 import math
 from typing import TYPE_CHECKING

@@ -102,7 +102,6 @@ class KeyRow(Static):
         return self.app.theme_variables[name]
 
     def on_click(self, event: Click) -> None:
-        """Press the key that was pointed at."""
         for each in self.placed:
             if each.column <= event.x < each.end:
                 self.app.post_message(Key(each.key, None))

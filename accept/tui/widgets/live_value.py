@@ -101,7 +101,6 @@ class Gauge(Hanging):
     on_unmount = leave
 
     def _tell(self, token: object, seen: Look) -> None:
-        """Tell the screen, from the thread that looks."""
         self.post_message(self.Looked(token, seen))
 
     def on_gauge_looked(self, event: Looked) -> None:
@@ -109,7 +108,6 @@ class Gauge(Hanging):
             self.show(event.seen)
 
     def show(self, seen: Look) -> None:
-        """Show what the instrument answered."""
         self._value = seen.measured
         if self._value is not None:
             self._seen.append(self._value.value)

@@ -277,15 +277,13 @@ def _distance(curve: Array, rows: NDArray[np.int_], axes: Axes, length: int) -> 
 
 
 def _unbroken(values: Array, jump: float) -> Iterable[tuple[int, int]]:
-    """Return ends of the parts of a curve that go on without a jump of this height: from -180 to 180 degrees a phase
-    moved by nothing."""
+    """Return ends of the parts of a curve without a jump of this height: from -180 to 180 degrees is no move."""
     edges = [0, *(np.flatnonzero(np.abs(np.diff(values)) > jump) + 1), values.size]
     return pairwise(map(int, edges))
 
 
 def apart(x: Array, most: int) -> NDArray[np.intp]:
-    """Return places in x (N,) of at most so many values, one of each equal part of its range; all if there are
-    fewer."""
+    """Return places in x (N,) of at most so many values, one of each equal part of its range, or all."""
     if x.size <= most or float(np.ptp(x)) == 0.0:
         return np.arange(x.size)
     part = np.floor(most * (x - x.min()) / np.ptp(x) * (1.0 - 1e-12))
@@ -313,7 +311,6 @@ class PanelPlot(Static):
         self._panel = panel
 
     def show(self, panel: Panel) -> None:
-        """Show another panel in the place of this one."""
         self._panel = panel
         self._draw()
 

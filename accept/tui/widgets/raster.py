@@ -74,7 +74,6 @@ class Raster:
         return np.asarray(~(dotted | written))
 
     def text(self) -> Text:
-        """Return the drawing."""
         cells = self.bits.reshape(self.height, DOWN, self.width, ACROSS)
         codes = np.einsum("hdwa,da->hw", cells, _BITS)
         whole = Text(no_wrap=True, end="")

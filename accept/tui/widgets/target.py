@@ -14,8 +14,7 @@ _HEADS = {("x", True): "◀", ("x", False): "▶", ("y", True): "▼", ("y", Fal
 
 
 def offset_panel(findings: Sequence[Finding], earlier: Sequence[Mapping[str, float]] = ()) -> Panel | None:
-    """Return the offset at equal scales, None unless both components are known. earlier: what the units before
-    measured, by quantity."""
+    """Return the offset at equal scales, None unless both components are known. earlier: of the units before."""
     found = {f.quantity: f for f in findings}
     if any(quantity not in found or found[quantity].value is None for quantity in (DX, DY)):
         return None

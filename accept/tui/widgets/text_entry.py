@@ -40,8 +40,7 @@ async def typed(*pumps: MessagePump) -> None:
 
 
 async def letters_arrived(screen: Screen[Any]) -> None:
-    """Wait as `typed` does for letters that no line takes: they go down to what has the focus and bubble up from there
-    to the screen."""
+    """Wait as `typed` does for letters that no line takes: they go down to the focus and bubble up to the screen."""
     focused = screen.focused
     path = [] if focused is None else [widget for widget in focused.ancestors_with_self if widget is not screen.app]
     await typed(screen, *path)

@@ -31,7 +31,6 @@ class FieldPlace:
 
     @property
     def name(self) -> str:
-        """Return what it is called in a sentence."""
         declared = self.declared
         return declared.label if self.index is None else f"{getattr(declared, 'item', 'value')} {self.index + 1}"
 
@@ -46,7 +45,6 @@ class FieldPlace:
 
     @property
     def hint(self) -> str:
-        """Return what an empty field shows."""
         if self.is_file:
             return "F2: choose a file"
         return f"{self.default:g} {self.unit}" if self.default is not None else self.unit
@@ -62,8 +60,7 @@ def places(form: Form) -> Iterator[FieldPlace]:
 @dataclass(frozen=True)
 class FieldLine:
     """One line. text: typed, not saved; pending: entries on their way to the store; doubted: the entry in question, as
-    it was typed, None without; repeats: it is one more reading; refusal: why the last entry was not saved, "" for
-    none."""
+    typed, or None; repeats: it is one more reading; refusal: why the last entry was not saved, "" for none."""
 
     place: FieldPlace
     text: str = field(default="", repr=False)

@@ -1,5 +1,4 @@
-"""The dialogue on the first screen: operator, unit, its kind and its parts. It is on the screen before the physics is
-imported."""
+"""The dialogue on the first screen: operator, unit, its kind and its parts. Shown before the physics is imported."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -43,8 +42,7 @@ class OpenBench:
 
 @dataclass(frozen=True)
 class WaitForBench:
-    """Wait until the bench is open and the serial looked up; then answer the key. for_list: until the units are
-    there."""
+    """Wait until the bench is open, the serial looked up; then answer the key. for_list: or the units are there."""
 
     key: str
     for_list: bool = False
@@ -59,8 +57,7 @@ class AskReason:
 
 @dataclass(frozen=True)
 class Open:
-    """Open a unit. If its serial looks like a known one it is asked for once more; `confirmed` follows. queue: what is
-    done at it and then at others, None without."""
+    """Open a unit. If its serial looks like a known one, `confirmed` follows. queue: what is done at it and others."""
 
     begun: Begun
     queue: "Queue | None" = None

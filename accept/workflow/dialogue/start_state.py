@@ -70,8 +70,7 @@ class StartDialogue:
 
     @property
     def shown(self) -> list[str]:
-        """Return the fields that can be typed into: the operator is asked for once, a kind and its parts for a new
-        unit."""
+        """Return the fields that can be typed into: the operator once, kind and parts for a new unit."""
         asked = ["operator"] if self.cursor == "operator" or not self.value("operator") else []
         return [*asked, "serial", *(["kind", *parts_of(self.value("kind"))] if self.begins else [])]
 
@@ -82,8 +81,8 @@ class StartDialogue:
 
     @property
     def name_problem(self) -> str:
-        """Return why nothing is done in the operator's name, "" if it is one. What is a serial was scanned too early;
-        a name with digits is taken from the command line alone."""
+        """Return why nothing is done in the operator's name, "" if it is one. What is a serial was scanned too early; a
+        name with digits is taken from the command line alone."""
         name = self.value("operator")
         if not name:
             return "Enter your name"
@@ -150,8 +149,7 @@ class StartDialogue:
 
     @property
     def meant(self) -> "KnownUnit | None":
-        """Return the unit that is meant: the one whose serial stands there, without a serial the one under the
-        cursor."""
+        """Return the unit that is meant: the one of the typed serial, without a serial the one under the cursor."""
         return self.known if self.value("serial") else self.here
 
     @property
@@ -184,7 +182,6 @@ class StartDialogue:
 
     @property
     def scan_words(self) -> str:
-        """Return what a scan does."""
         if not self.adds:
             return SCAN
         other = ". Tab: other kind" if self.bench is not None and len(self.bench.kinds) > 1 else ""

@@ -51,8 +51,7 @@ class StepDialogue:
     the arrows go on; asked: the line whose value the foot asks about; again: the line at which F3 was pressed once;
     chosen: the technician chose the form; reads, measures, judges: a reading, a measurement of the whole step, a
     judgement is under way; stopped: the last judgement was; early: F3 was pressed during a reading; hints: the foot
-    shows what the present line wants; looked: time of the proposals [s since 1970]; whole: with values without
-    limits."""
+    shows the line's hint; looked: time of the proposals [s since 1970]; whole: with values without limits."""
 
     step: WorkflowStep
     facts: StepFacts
@@ -98,7 +97,6 @@ class StepDialogue:
 
     @property
     def here(self) -> FieldLine | None:
-        """Return the line with the cursor."""
         return None if self.cursor is None else self.lines[self.cursor]
 
     @property
@@ -137,7 +135,6 @@ class StepDialogue:
         return "\n".join(filter(None, (why, offer))), "refused" if why else "proposed" if offer else ""
 
     def described(self, file: PickableFile) -> str:
-        """Return a record with its age."""
         return f"{file.name}, {age_words(file.mtime, self.looked)}"
 
     @property
@@ -175,7 +172,6 @@ class StepDialogue:
 
     @property
     def own_queue(self) -> Queue:
-        """Return the queue of units that wait for this step."""
         return Queue(self.step.name, self.facts.kind, self.step.short, ())
 
     @property
@@ -199,7 +195,6 @@ class StepDialogue:
 
     @property
     def left_words(self) -> str:
-        """Return what was found at the unit that is left."""
         return f"{self.facts.serial}: {self.facts.status.mark} {self.facts.status.word}. "
 
     @property
@@ -227,7 +222,6 @@ class StepDialogue:
 
     @property
     def enter_words(self) -> str:
-        """Return what Enter opens from a complete step."""
         if (at_rig := self.next_at_rig) is not None:
             if at_rig.name == self.step.name:
                 return "Enter: this step again"
@@ -338,7 +332,6 @@ class StepDialogue:
         return "Summary" if self.ends_in_summary else "Next step"
 
     def means(self, key: str) -> bool:
-        """Return whether a key has a meaning at this step."""
         if key == "ctrl+r":
             return self.facts.training
         if key == "ctrl+f":

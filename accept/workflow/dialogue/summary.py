@@ -1,13 +1,23 @@
 """The dialogue at the summary of a unit: judged, signed, countersigned. What each key and each event changes, asks for
-and says. Passphrases are in effects only, for one turn, and no representation has them."""
+and says."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import replace
 
 from accept.base.documents.results import unit_word
 from accept.store.payloads import CHOICES
-from accept.workflow.dialogue.summary_state import SIGNED, VALID, Report, SummaryDialogue, SummaryFacts, Turn
+from accept.workflow.dialogue.summary_effects import (
+    Ask,
+    AskedLine,
+    BenchKeys,
+    Countersign,
+    Do,
+    KeepPassphrase,
+    LookForKeys,
+    Report,
+    SignAsTechnician,
+)
+from accept.workflow.dialogue.summary_state import SIGNED, VALID, SummaryDialogue, SummaryFacts, Turn
 from accept.workflow.dialogue.turn import FootWords, by_key
 from checks.verdict import UnitVerdict
 
@@ -23,86 +33,6 @@ _OFF_THE_BENCH = (
 )
 _FOR_A_SHIFT = "It opens your key for this shift. Forgotten after 15 min without a key, or at once: Ctrl+L."
 _OPEN_KEY = "The key of {} is open. Enter: sign. Not you? Esc, then Ctrl+L locks it."
-
-# Effects without a parameter. RING: a new result can be heard.
-Do = Enum("Do", "JUDGE RING LOCK NEXT_UNIT STOP_OR_LEAVE ASK_REMEDY TELL_HIDDEN OPEN_PAGE")
-
-
-class AskedLine(Enum):
-    """A line of a question: its label."""
-
-    WHY = "Why it is signed so (on the certificate)"
-    WHY_REPLACED = "Why its certificate is replaced (on the certificate)"
-    PASSPHRASE = "Passphrase"
-    REPEATED = "Repeat passphrase"
-    DISPOSITION = "Disposition"
-    REASON = "Reason"
-    QA_PASSPHRASE = "QA passphrase"
-
-    @property
-    def is_secret(self) -> bool:
-        return "passphrase" in self.value.lower()
-
-
-@dataclass(frozen=True)
-class LookForKeys:
-    """Look for the keys of a role at this bench; `keys_found` follows. ahead: there is no result yet."""
-
-    role: str
-    ahead: bool = False
-
-
-@dataclass(frozen=True)
-class BenchKeys:
-    """Keys of a role at the bench. problem: why the operator cannot sign in the role; exist: the bench has keys;
-    replaces: certificate of another result that a signature replaces; kept: the passphrase of the shift opens the
-    key."""
-
-    problem: str = ""
-    exist: bool = True
-    replaces: str = ""
-    kept: bool = False
-
-
-@dataclass(frozen=True)
-class Ask:
-    """Ask in front of the summary; `answered` follows. then: `ahead`, `sign`, `first keys` or `countersign`; states:
-    the question begins with what is signed; kept: the passphrase of the shift signs."""
-
-    then: str
-    title: str
-    words: str
-    lines: tuple[AskedLine, ...]
-    states: bool = False
-    kept: bool = False
-
-
-@dataclass(frozen=True)
-class KeepPassphrase:
-    """Keep the passphrase that opened the technician's key for this shift."""
-
-    passphrase: str = field(repr=False)
-
-
-@dataclass(frozen=True)
-class SignAsTechnician:
-    """Sign as technician; `signed` follows. passphrase: "" for that of the shift, or its key once more if it was
-    forgotten meanwhile. makes_keys: make the keys instead, `keys_made` follows; first: words about them that are read
-    before."""
-
-    passphrase: str = field(default="", repr=False)
-    reason: str = field(default="", repr=False)
-    makes_keys: bool = False
-    first: str = ""
-
-
-@dataclass(frozen=True)
-class Countersign:
-    """Sign as quality assurance; `signed` follows."""
-
-    passphrase: str = field(repr=False)
-    choice: str = field(default="", repr=False)
-    reason: str = field(default="", repr=False)
 
 
 def opening(facts: SummaryFacts) -> Turn:
@@ -139,7 +69,6 @@ def not_judged(d: SummaryDialogue) -> Turn:
 
 
 def _judge_again(d: SummaryDialogue) -> Turn:
-    """Judge again what was stopped or failed."""
     return Turn(replace(d, failed=False), (Do.JUDGE,)) if d.failed and d.facts.idle else Turn(d)
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 from accept.base.documents.results import UnitRecord, is_typed_note
 from accept.base.names import shown_name
@@ -12,6 +11,7 @@ from accept.pictures.labels import label_of
 from accept.store import Signature
 from accept.store.payloads import RecordRefused, without_hashes
 from accept.workflow.dialogue import turn
+from accept.workflow.dialogue.summary_effects import Report
 from accept.workflow.steps.status import Status, of_findings
 from checks.acceptance import CHECKS
 from checks.cause import Cause
@@ -26,19 +26,6 @@ _OPEN = {
     Status.NOT_DONE: "not measured",
     Status.CONDITIONAL: "conditional",
 }
-
-
-class Report(Protocol):
-    """The result of verifying a certificate. outcome: `valid`, `signed` or `not valid`."""
-
-    @property
-    def outcome(self) -> str: ...
-
-    @property
-    def reason(self) -> str: ...
-
-    @property
-    def countersigned(self) -> bool: ...
 
 
 @dataclass(frozen=True)

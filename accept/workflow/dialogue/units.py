@@ -17,8 +17,7 @@ Do = Enum("Do", "LOOK")  # list the units anew; `listed` follows
 
 @dataclass(frozen=True)
 class Add:
-    """Begin a unit of the tray; `added` follows, or `add_confirmed` if its serial looks like a known one and is asked
-    for once more."""
+    """Begin a unit of the tray; `added` follows, or `add_confirmed` if its serial looks like a known one."""
 
     begun: Begun
 
@@ -103,8 +102,7 @@ def taken_off(d: StartDialogue, asked: TakeOff) -> Turn:
 
 
 def tray(d: StartDialogue) -> Turn:
-    """Begin to add the units of a tray, add one, or end it. All units are shown meanwhile: the last one that was added
-    stands on top."""
+    """Begin to add the units of a tray, add one, or end it. All units are shown, the last added on top."""
     if d.bench is None:
         return Turn(d)
     if d.name_problem:

@@ -23,7 +23,6 @@ class BeginService:
 
     @property
     def bench_name(self) -> str:
-        """Return the name in the bench file, "" without one."""
         return "" if self.bench.stated is None else self.bench.stated.name
 
     @property

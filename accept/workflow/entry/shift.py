@@ -36,8 +36,7 @@ class SigningShift:
             self._kept = _Kept(operator, passphrase, self._touched)
 
     def passphrase(self, operator: str) -> str | None:
-        """Return the passphrase kept for an operator, None if it must be typed: at first, after the shift, after a
-        pause, for another person."""
+        """Return the passphrase kept for an operator, None if it must be typed: first, after shift or pause."""
         now, kept = self._clock(), self._kept
         if kept is None:
             return None
@@ -52,6 +51,5 @@ class SigningShift:
             self._kept = None
 
     def lock(self) -> bool:
-        """Forget the passphrase. Returns whether there was one."""
         was, self._kept = self._kept is not None, None
         return was

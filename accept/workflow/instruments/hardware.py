@@ -115,8 +115,7 @@ class BenchInstruments(Instruments):
         return None if found is None else replace(found, set_up=partial(self._set_up, name, index))
 
     def recording(self, check: str) -> BenchInstrument | BenchRecorder | None:
-        """Return the recorder that takes the records of a check, else the first instrument that measures it as a whole,
-        by a recipe."""
+        """Return the recorder for a check's records, else the first instrument that measures it whole, by a recipe."""
         recorder = next((r for r in self._recorders.values() if check in r.recorder.entry.measures), None)
         if recorder is not None and check in RECORDED:
             return recorder
@@ -147,8 +146,7 @@ class BenchInstruments(Instruments):
 
 
 def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
-    """Return the recorder of an entry, real or simulated. Raises SettingsError, also for a check that no recorder
-    takes."""
+    """Return the recorder of an entry, real or simulated. Raises SettingsError, also for a foreign check."""
     if unknown := [check for check in entry.measures if check not in RECORDED]:
         raise SettingsError(f"{name}: no recorder measures {', '.join(unknown)} (known: {', '.join(RECORDED)})")
     if entry.driver == SIMULATED:
@@ -180,8 +178,7 @@ def _evidence(
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:
-    """Return the last entries, and a note on how many went before: a live value can be shown for hours, and a record
-    that is followed has thousands of entries."""
+    """Return the last entries, and a note on how many went before: a live value can be shown for hours."""
     if len(traffic) <= most:
         return list(traffic)
     gone = len(traffic) - most

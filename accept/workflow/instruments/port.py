@@ -43,8 +43,7 @@ class InstrumentPort(Protocol):
 
 
 class Instruments:
-    """The instruments at hand; there are none here: everything is typed. staged: the operator of a simulated bench,
-    None at a real one, where a person acts."""
+    """The instruments at hand; none here: everything is typed. staged: a simulated bench's operator, else None."""
 
     staged: Any = None
 
@@ -58,8 +57,7 @@ class Instruments:
 
     @property
     def answering(self) -> Mapping[str, bool | None]:
-        """Return whether each instrument answered when it was asked last, None for one that was not asked yet. Asks
-        nothing."""
+        """Return whether each instrument answered when it was asked last, None for one not asked yet. Asks nothing."""
         return {}
 
     def close(self) -> None:

@@ -119,7 +119,6 @@ class Judgements:
 
     @property
     def waiting(self) -> list[WorkflowStep]:
-        """Return the steps that are not complete."""
         states = {step.name: self._unit.state(step.name) for step in self._unit.steps}
         return open_steps(self._unit.steps, states, self._unit.spec_name, code_sha256())
 
@@ -137,7 +136,6 @@ class Judgements:
         return self._result[1]
 
     def keep(self, given: Given, result: UnitRecord) -> None:
-        """Keep the judgement of the whole unit. given: its inputs."""
         self._result = given, result
 
     def keep_step(self, judged: StepJudged, step: WorkflowStep, panels: Mapping[str, Panel]) -> None:
@@ -161,7 +159,6 @@ def earlier_values(units: Sequence[Mapping[str, float]]) -> dict[str, Sequence[f
 
 
 def _is_reserved(finding: Finding) -> bool:
-    """Return whether the judgement of the whole unit may have changed a finding; a nonconformance, which holds every
-    step, is shown by itself."""
+    """Return whether the judgement of the whole unit may have changed a finding; nonconformances are shown apart."""
     held = finding.cause is not None and finding.cause.cause is Cause.NONCONFORMANCE
     return finding.verdict is Verdict.NO_RESULT or (finding.verdict is Verdict.CONDITIONAL and not held)

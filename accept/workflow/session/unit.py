@@ -37,8 +37,7 @@ def _locked(folder: Path) -> FileLock:
 
 
 class OpenUnit:
-    """Holds the lock of its unit until `close`. refuse: raises EntryError if a text that is about to be stored is a
-    passphrase of this bench."""
+    """Holds the lock of its unit until `close`. refuse: raises EntryError for the bench's passphrases."""
 
     def __init__(
         self,
@@ -82,7 +81,6 @@ class OpenUnit:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of the present attempt."""
         return self.home / "units" / self.serial / attempt_folder(self.attempt.number)
 
     def step(self, name: str) -> WorkflowStep:
@@ -118,8 +116,7 @@ class OpenUnit:
         return self.append(RunOpened(self.attempt.number))
 
     def append(self, payload: Payload, after: int | None = None) -> Event:
-        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and
-        then nothing is stored."""
+        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError."""
         with self.mutex:
             event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name, after=after)
             self.refresh()

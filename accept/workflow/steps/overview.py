@@ -18,8 +18,7 @@ _BY_CHANCE = 1e-3  # how often any of the quantities is said to drift where none
 
 @dataclass(frozen=True)
 class Drift:
-    """The quantity of a kind whose trend over the last units is the clearest. way: 1 up, -1 down, 0 if it may be chance
-    alone."""
+    """The quantity of a kind with the clearest trend over the last units. way: 1 up, -1 down, 0 if it may be chance."""
 
     kind: str
     quantity: str
@@ -45,7 +44,6 @@ class Week:
 
     @property
     def usual_minutes(self) -> float:
-        """Return the median; there is one."""
         return median(self.minutes)
 
 
@@ -59,8 +57,7 @@ class Overview:
 
 
 def week_of(units: Sequence[KnownUnit], now: datetime) -> Week:
-    """Return what became of the units that were begun since Monday. now: with its time zone, whose days count; units:
-    the newest first."""
+    """Return what became of the units that were begun since Monday. now: in its time zone; units: newest first."""
     monday = (now - timedelta(days=now.weekday())).replace(hour=0, minute=0, second=0, microsecond=0)
     of_week = [unit for unit in units if _local(unit.begun, now) >= monday]
     judged = sorted((unit for unit in of_week if unit.judged), key=lambda unit: unit.judged)

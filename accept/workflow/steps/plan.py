@@ -9,8 +9,7 @@ from specs.spec import CheckSpec, Spec
 
 @dataclass(frozen=True, eq=False)
 class WorkflowStep:
-    """One check of one spec, with the technician's guide. derived: it has no data of its own, but evaluates those of
-    another step further."""
+    """One check of one spec, with the technician's guide. derived: it evaluates the data of another step."""
 
     check: Check
     asked: CheckSpec
@@ -27,7 +26,6 @@ class WorkflowStep:
 
     @property
     def short(self) -> str:
-        """Return the step's name in a list."""
         return self.check.short or self.check.title[:16].rstrip()
 
     def form(self, name: str | None) -> Form:

@@ -123,7 +123,6 @@ class Queue:
         return f"No other unit waits for {self.title}: all the others have it"
 
     def renewed(self, units: Sequence[KnownUnit], specs: Mapping[str, Spec]) -> "Queue":
-        """Return the queue as it stands now."""
         same = (queue for queue in queues(units, specs) if (queue.name, queue.kind) == (self.name, self.kind))
         return next(same, replace(self, units=()))
 
@@ -206,7 +205,6 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
 
 
 def _with_steps(unit: KnownUnit, attempt: Attempt, spec: Spec) -> KnownUnit:
-    """Return a unit with the state of its steps and with its findings."""
     steps, judged_by = steps_of(spec), (f"{spec.name}@{spec.sha256}", code_sha256())
     states = {step.name: state_of(attempt, step) for step in steps}
     waiting = [step.name for step in open_steps(steps, states, *judged_by)]

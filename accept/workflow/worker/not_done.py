@@ -6,5 +6,4 @@ STOPPED = "stopped"  # the words of one that was cancelled
 
 
 class NotDone(AcceptError, RuntimeError):
-    """A computation without an answer; the text says why: stopped, killed by the system, or refused by the
-    computation."""
+    """A computation without an answer; the text says why: stopped, killed, or refused by the computation."""

@@ -32,8 +32,7 @@ def vet_rates(values: Mapping[str, Any], spec: CheckSpec) -> None:
 
 
 def _vet_one_clock(records: list[tuple[str, Record]]) -> None:
-    """Raise NoResult if the rates of two records are a few percent apart: one clock may have twice the rate, but not
-    that."""
+    """Raise NoResult if the rates of two records are a few percent apart: one clock may have twice the rate."""
     for (a, one), (b, other) in combinations(records, 2):
         ratio = max(one.fs, other.fs) / min(one.fs, other.fs)
         if 1 + WITHIN < ratio < NEIGHBOUR:

@@ -1,13 +1,30 @@
-"""Typed values, and the uncertainties that a spec states for values without their own."""
+"""Values of a check: what a record shows, typed ones, and the uncertainties that a spec states for them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
-from checks.cause import Cause
+from checks.cause import Cause, NoResult, Reason, because
 from checks.declare import Measured, Values
+from checks.errors import RecordError
 from checks.quantity import COVERAGE_FACTOR, Contribution, Quantity
+from checks.record import Record
 from specs.spec import CheckSpec, StatedU
+
+T = TypeVar("T")
+
+
+def of_record(values: Values, key: str, measure: Callable[[Record], T]) -> T | Reason:
+    """Return what a record shows, or the reason why it shows nothing."""
+    if key not in values:
+        return because(Cause.NOT_MEASURED, record=key)
+    try:
+        return measure(values[key])
+    except (NoResult, RecordError) as e:
+        return e.reason.within(key)
+    except ValueError as e:
+        return because(Cause.CANNOT_ESTIMATE, record=key, detail=str(e))
 
 
 def typed_quantity(values: Values, spec: CheckSpec, entry: str, quantity: str | None = None) -> Quantity:

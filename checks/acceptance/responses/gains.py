@@ -114,8 +114,7 @@ def check_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
     """Return the resonance. Its uncertainty is unknown, so that it cannot pass, if the payload is far from the limits'
-    or the resonance would leave them with that payload: another payload means another stiffness. A resonance outside
-    them still fails."""
+    or the resonance would leave them with that payload. A resonance outside them still fails."""
     if given is None or resonance.reason is not None:
         return resonance
     ratio = given.value / rules.payload_kg
@@ -182,8 +181,7 @@ def mass_line(
 def coherence_quantities(
     frf: Frf, allowed: dict[str, list[tuple[float, float]]], rules: ResponseSettings
 ) -> list[Quantity]:
-    """Return the highest coherent frequency of each channel: the last coherent step of the search, so the end lies
-    anywhere up to the next one."""
+    """Return the highest coherent frequency of each channel: the last coherent step; the end is below the next."""
     out = []
     for name, c in COHERENT.items():
         if c not in frf.channels:
@@ -232,4 +230,4 @@ def _constant(name: str, found: Constant | None, model: Model, spec: CheckSpec, 
     if stated[0] is None:  # both follow from the gain of the motion, gs also from that of Vs
         gains = [gain for gain, (channel, *_) in GAINS.items() if channel in (motion, *GAINS_OF[name])]
         stated = [stated_contribution(spec, found.value, gain) for gain in gains]
-    return Quantity.of(name, found.value, *budget, *(c for c in stated if c is not None), note=f"by {model.name}")
+    return Quantity.of(name, found.value, *budget, *stated, note=f"by {model.name}")

@@ -56,13 +56,12 @@ def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) 
 
 
 def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
-    """Return axial_damping_percent. One record determines it to parts in a million; the spec states its
-    repeatability."""
+    """Return axial_damping_percent. The spec states its repeatability."""
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     value = 100 * first.damping_ratio
-    repeats = stated_contribution(spec, value, "axial_damping_percent")
-    return Quantity.of("axial_damping_percent", value, *budget, *([] if repeats is None else [repeats]))
+    name = "axial_damping_percent"
+    return Quantity.of(name, value, *budget, stated_contribution(spec, value, name))
 
 
 def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:
@@ -75,16 +74,15 @@ def second_resonance(second: Resonance | None, spec: CheckSpec) -> Quantity:
 def resonance_quantity(name: str, found: Resonance, spec: CheckSpec, repeat: float | None = None) -> Quantity:
     """Return the frequency of a resonance with its budget."""
     budget = _budget(found.u_Hz, found.u_Hz_model, repeat)
-    instrument = stated_contribution(spec, found.f_Hz, name, "f_Hz")
-    return Quantity.of(name, found.f_Hz, *budget, *([] if instrument is None else [instrument]))
+    return Quantity.of(name, found.f_Hz, *budget, stated_contribution(spec, found.f_Hz, name, "f_Hz"))
 
 
-def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contribution]:
-    budget = [
+def _budget(u: float, u_model: float, repeat: float | None = None) -> list[Contribution | None]:
+    return [
         Contribution("scatter of the response", u, "A"),
         Contribution("what surrounds the pole: polynomials of one order more", u_model),
+        None if repeat is None else Contribution("second realisation, half the difference", repeat, "A"),
     ]
-    return budget if repeat is None else [*budget, Contribution("second realisation, half the difference", repeat, "A")]
 
 
 def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
@@ -98,13 +96,13 @@ def vs_zero(low: Transforms, near_Hz: float) -> Zero | Reason:
 
 def zero_quantity(found: Zero, spec: CheckSpec) -> Quantity:
     """Return vs_zero_Hz; the note states its side of the imaginary axis and the coherence there."""
-    instrument = stated_contribution(spec, found.f_Hz, "vs_zero_Hz", "f_Hz")
     note = f"{found.side} (damping {100 * found.damping_ratio:.2g} percent), coherence there {found.coherence:.2f}"
     budget = [
         Contribution("scatter of the response", found.u_Hz, "A"),
         Contribution("polynomial of one order more", found.u_Hz_model),
+        stated_contribution(spec, found.f_Hz, "vs_zero_Hz", "f_Hz"),
     ]
-    return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, *([] if instrument is None else [instrument]), note=note)
+    return Quantity.of("vs_zero_Hz", found.f_Hz, *budget, note=note)
 
 
 def spurious(record: Transforms, near_Hz: float, within: float) -> Resonance | Reason:

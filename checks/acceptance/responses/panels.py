@@ -1,5 +1,4 @@
-"""Pictures of the frequency responses: Bode plots with their confidence regions, the fits, with and without the
-encoder."""
+"""Pictures of the responses: Bode plots with confidence regions, the fits, with and without the encoder."""
 
 from dataclasses import replace
 

@@ -1,8 +1,8 @@
 """Requirements of the frequency response check on its data: settings, and the gates that end in no result."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,42 +49,36 @@ class ResponseSettings:
     coherence_min: float
     coherence_Hz: Mapping[str, tuple[float, float]]
     polarity: Mapping[str, int]
-    delay_samples_max: float
-    offset_samples_max: float
+    delay_max_samples: float
+    offset_max_samples: float
     second_share: float
     spurious_Hz: tuple[float, ...]
     spurious_within: float
     model: str
 
 
-def rules_of(spec: CheckSpec) -> ResponseSettings:
-    """Return the settings of the check in a spec."""
-    get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
-    return ResponseSettings(
-        payload_kg=float(get["payload_kg"]),
-        payload_within=float(get["payload_within"]),
-        scale_within=float(get["scale_within"]),
-        bands_within=float(get["bands_within"]),
-        gain_um_per_V=_pair(get["gain_um_per_V"]),
-        segment_s=float(get["segment_s"]),
-        duration_min_s=float(get["duration_min_s"]),
-        resonance_Hz=_pair(get["resonance_Hz"]),
-        zero_Hz=_pair(get["zero_Hz"]),
-        coherence_min=float(get["coherence_min"]),
-        coherence_Hz={c: _pair(get[f"coherent_{c}_Hz"]) for c in OUTPUTS},
-        polarity=dict(zip(OUTPUTS, (int(v) for v in get["polarity"]), strict=True)),
-        delay_samples_max=float(get["delay_max_samples"]),
-        offset_samples_max=float(get["offset_max_samples"]),
-        second_share=float(get["second_share"]),
-        spurious_Hz=tuple(float(f) for f in get["spurious_Hz"]),
-        spurious_within=float(get["spurious_within"]),
-        model=str(get["model"]),
-    )
-
-
 def _pair(values: Iterable[float]) -> tuple[float, float]:
     lo, hi = (float(v) for v in values)
     return lo, hi
+
+
+_AS_TYPED: Mapping[Any, Callable[[Any], Any]] = {
+    float: float,
+    str: str,
+    tuple[float, float]: _pair,
+    tuple[float, ...]: lambda given: tuple(map(float, given)),
+}
+
+
+def rules_of(spec: CheckSpec) -> ResponseSettings:
+    """Return the settings of the check in a spec."""
+    get: dict[str, Any] = {s.name: spec.settings.get(s.name, s.default) for s in SETTINGS}
+    plain = {name: _AS_TYPED[of](get[name]) for name, of in get_type_hints(ResponseSettings).items() if of in _AS_TYPED}
+    return ResponseSettings(
+        **plain,
+        coherence_Hz={c: _pair(get[f"coherent_{c}_Hz"]) for c in OUTPUTS},
+        polarity=dict(zip(OUTPUTS, (int(v) for v in get["polarity"]), strict=True)),
+    )
 
 
 def vet_records(records: Mapping[str, Record], rules: ResponseSettings) -> None:
@@ -194,27 +188,27 @@ def vet_delays(frf: Frf, fs: float, rules: ResponseSettings) -> list[ChannelDela
     too late, or if channels were stored with an offset between them."""
     delays = [d for d in (delay(frf, c, fs, *DELAY_HZ) for c in frf.channels) if d.seen]
     for d in delays:
-        if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_samples_max + 3 * d.sd:
+        if d.samples < -0.5 - 3 * d.sd or d.samples > rules.delay_max_samples + 3 * d.sd:
             raise NoResult(
                 Cause.CHANNEL_DELAYED,
                 record="high",
                 channel=d.channel,
                 reference=d.reference,
                 samples=d.samples,
-                most=rules.delay_samples_max,
+                most=rules.delay_max_samples,
             )
     if not delays:
         return delays
     first, last = min(delays, key=lambda d: d.samples), max(delays, key=lambda d: d.samples)
     apart, sd = last.samples - first.samples, float(np.hypot(first.sd, last.sd))
-    if apart > rules.offset_samples_max + 3 * sd:
+    if apart > rules.offset_max_samples + 3 * sd:
         raise NoResult(
             Cause.CHANNEL_OFFSET,
             record="high",
             channel=last.channel,
             other=first.channel,
             samples=apart,
-            most=rules.offset_samples_max,
+            most=rules.offset_max_samples,
         )
     return delays
 

@@ -1,5 +1,4 @@
-"""Derivatives of a system's responses by the parameters of its matrices, all parameters at the cost of a single
-response.
+"""Derivatives of a system's responses by the parameters of its matrices, all at the cost of a single response.
 
 Any damping, by the adjoint method: y = c Z^-1 b with Z = K + s C + s^2 M symmetric, so dy = dc x + y' db - y' dZ x, x =
 Z^-1 b, y = Z^-1 c' ([HG92] 7.2); x and y are sums over the complex modes.
@@ -75,8 +74,7 @@ def change_of_fastened(above: FastenedParts, below: FastenedParts, h: float, siz
 def _change(
     above: System | FastenedParts, below: System | FastenedParts, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
-    """Return the change of a system from that of its matrices; beside: numbers of the reached coordinates before and
-    behind those that both read."""
+    """Return the change of a system from that of its matrices; beside: numbers of coordinates before and behind."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
     outputs = _slope(above.outputs, below.outputs, h)
     return Change(M, C, K, between_zeros(force, *beside), between_zeros(outputs, *beside))
@@ -88,8 +86,7 @@ def _slope(above: Array, below: Array, h: float) -> Array:
 
 
 def _block(D: Array, first: int) -> SymmetricBlock | None:
-    """Return the nonzero rows and columns of D, or None; first: index of D's first row among the reached
-    coordinates."""
+    """Return the nonzero rows and columns of D, or None; first: place of its first row among those reached."""
     rows = np.flatnonzero(D.any(axis=0))
     return SymmetricBlock(first + rows, D[np.ix_(rows, rows)]) if rows.size else None
 
@@ -124,8 +121,7 @@ def derivatives(
 
 
 def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
-    """Return `reached` (r, S) of the coordinates under a force of one newton, and (c, r, S) under forces along each
-    output row."""
+    """Return `reached` (r, S) of the coordinates under a newton, and (c, r, S) under forces along each output row."""
     by_parts = receptances(system, s.imag[1:]) if s.size > 1 and s[0] == 0.0 else None
     if by_parts is not None:
         x, *y = by_parts.reached(s.imag)
@@ -139,8 +135,7 @@ def _states(system: System, s: Complex) -> tuple[Complex, Complex]:
 
 
 def _by_modes(modes: Modes, s: Complex, x: Complex, y: Complex) -> Complex:
-    """Return the derivatives (2 m, c, S) by the factors on modes: products of the mode's motions under force and output
-    force."""
+    """Return the derivatives (2 m, c, S) by the modes' factors: products of its motions under both forces."""
     both = -product(modes.rows, x)[:, None] * product(modes.rows, y).swapaxes(0, 1)
     return np.concatenate([both * modes.stiffness[:, None, None], both * np.multiply.outer(modes.damping, s)[:, None]])
 

@@ -62,8 +62,7 @@ def superelement_body(s: Superelement) -> ApaBody:
 
 
 def free_free_damping(K: Array, M: Array) -> Array:
-    """Return the matrix (n, n) with a damping ratio of 1 for every elastic mode of the free body (Geradin & Rixen,
-    3.3)."""
+    """Return the matrix (n, n) of damping ratio 1 for every elastic mode of the free body (Geradin & Rixen, 3.3)."""
     w2, modes = linalg.eigh(K, M)
     momenta = M @ modes[:, ELASTIC_FROM:]
     damping: Array = (momenta * (2.0 * np.sqrt(w2[ELASTIC_FROM:]))) @ momenta.T

@@ -106,8 +106,7 @@ def _attached(values: Mapping[str, float], head: str) -> Attached:
 
 
 def row_of(places: Places, place: str, direction: str, point: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Return the row (n,) that reads the motion of a place, or of its side, along a direction. Raises ModelError if the
-    strut has no such place."""
+    """Return the row (n,) of the motion of a place, or of its side, along a direction. Raises ModelError without it."""
     if place[-2:] in SIDES:
         place, point = place[:-2], SIDES[place[-2:]]
     if place not in places:
@@ -153,8 +152,7 @@ class PlaceReceptances:
     receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va, per unit
     of the drive's force that acts along a motion.
 
-    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly and at every
-    frequency alone."""
+    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly."""
 
     places: Places
     between: Complex

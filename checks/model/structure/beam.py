@@ -51,8 +51,7 @@ def torsion_constant(width: Array, height: Array) -> Array:
 
 
 def _shapes(length: Array, phi: Array) -> tuple[Array, Array, Array]:
-    """Return the deflection N, rotation T and its slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points)
-    each.
+    """Return deflection N, rotation T and slope dT/dx at the Gauss points, for (w1, t1, w2, t2): (n, 4, points) each.
 
     Exact static shapes of the Timoshenko beam; phi = 12 EI / (GA' L^2) ([FK93] eq. 14-17)."""
     s, L, p = _GAUSS_X[None, :], length[:, None], phi[:, None]

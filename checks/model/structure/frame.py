@@ -87,8 +87,7 @@ def row_end(g: FrameGeometry, side: int) -> float:
 
 
 def _row(net: _Net, g: FrameGeometry, row: list[int]) -> None:
-    """Add the sensor stack, the spacer and the two actuator stacks; each face of the spacer carries half of its
-    mass."""
+    """Add sensor stack, spacer and the two actuator stacks; each face of the spacer carries half of its mass."""
     for i in (0, 2, 3):
         inner = np.linspace(net.points[row[i]], net.points[row[i + 1]], STACK_ELEMENTS + 1)[1:-1]
         chain = [row[i], *(net.node(p) for p in inner), row[i + 1]]

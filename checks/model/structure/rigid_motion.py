@@ -7,8 +7,7 @@ from checks.arrays import Array
 
 
 def lever(r: ArrayLike) -> Array:
-    """Return the motion (6, 6) ux uy uz rx ry rz of the point at r (3,) [m] from a node, per motion of the node: u +
-    theta x r."""
+    """Return the motion (6, 6) ux uy uz rx ry rz of a point at r (3,) [m] from a node, per its own: u + theta x r."""
     x, y, z = np.asarray(r, dtype=float)
     T = np.eye(6)
     T[0, 4], T[0, 5], T[1, 5] = z, -y, x

@@ -1,5 +1,4 @@
-"""Slow behaviour of the piezo stacks: hysteresis between drive and displacement, and creep ([STB] 2.3, 3.1.6,
-3.1.7)."""
+"""Slow behaviour of the piezo stacks: hysteresis of the displacement, and creep ([STB] 2.3, 3.1.6, 3.1.7)."""
 
 from dataclasses import dataclass
 
@@ -32,8 +31,7 @@ class Rayleigh:
 
 
 def _plays(v: Array, half_widths: Array) -> Array:
-    """Return the sum (N,) of plays from zero: each follows the drive at its half-width, on whichever side it is pushed
-    from.
+    """Return the sum (N,) of plays from zero: each follows the drive at its half-width, from the side that pushes.
 
     Between turns the drive only rises or only falls, so a play is clipped against its state at the last turn."""
     turns = np.flatnonzero(np.diff(np.sign(np.diff(v))) != 0) + 1
@@ -48,8 +46,7 @@ def _plays(v: Array, half_widths: Array) -> Array:
 
 
 def loops_of(relative_width: float, amplitude: float) -> Rayleigh:
-    """Return a hysteresis whose settled loop at this amplitude opens, at mid-drive, by relative_width of its peak to
-    peak; of small drives the gain is one.
+    """Return a hysteresis whose settled loop at this amplitude opens by relative_width; the small gain is one.
 
     Plays of density c open by c A^2 / 2 and reach 2 A + c A^2 from peak to peak. Raises ModelError outside 0..0.4."""
     if not 0.0 <= relative_width <= 0.4:
@@ -72,8 +69,7 @@ def stroke_of(stroke: float, span: float, relative_width: float) -> Rayleigh:
 def creep(per_decade: float) -> Fractions:
     """Return creep as a path: the answer to a step grows by this share per decade of time, from 10 us to 1000 s.
 
-    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the immediate answer has a gain
-    of one."""
+    Two relaxations a decade, half of one at either end (the law in log time: [JG00]); the gain at once is one."""
     tau = np.logspace(-5.0, 3.0, 17)
     share = np.full(tau.size, 0.5 * per_decade)
     share[[0, -1]] /= 2.0

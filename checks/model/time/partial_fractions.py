@@ -65,7 +65,6 @@ class Fractions:
         return np.concatenate([np.zeros(min(ticks, u.size)), y[: u.size - min(ticks, u.size)]])
 
     def parts(self) -> tuple[Complex, Complex]:
-        """Return the poles and residues, (P,) each."""
         return self.poles, self.residues
 
 

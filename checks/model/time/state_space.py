@@ -16,8 +16,7 @@ from checks.model.time.partial_fractions import STILL, paths
 class StateSpace:
     """x' = A x + B u, y = C x + D u, each output delayed by delay_s (p,) [s], which is in no matrix.
 
-    A (n, n), B (n, 1), C (p, n), D (p, 1): real; per volt at the DAC. states, outputs, input: names; units: of the
-    outputs and the input."""
+    A (n, n), B (n, 1), C (p, n), D (p, 1): real; per volt at the DAC. units: of the outputs and the input."""
 
     A: Array
     B: Array
@@ -32,8 +31,7 @@ class StateSpace:
 
     @classmethod
     def of(cls, model: Model) -> "StateSpace":
-        """Return the state space of a model without its learned bench. Raises ModelError for a part without partial
-        fractions."""
+        """Return the state space of a model without its learned bench. Raises ModelError without partial fractions."""
         found, values = paths(model), model.values
         poles = np.unique(np.concatenate([each.poles for each in found.values()]))
         residues = np.zeros((len(found), poles.size), complex)
@@ -75,8 +73,7 @@ class StateSpace:
 def _real(poles: Complex, residues: Complex) -> tuple[Array, Array, Array]:
     """Return real A, B, C of y = sum of Re(residue x), x' = pole x + u: one state for a real pole, two for a pair.
 
-    States are scaled so that A is in rad/s and B in the same unit: x' = pole x + |pole| u, balanced enough for any
-    tool."""
+    States are scaled so that A and B are in rad/s: x' = pole x + |pole| u, balanced enough for any tool."""
     widths = np.where(poles.imag == 0.0, 1, 2)
     n = int(widths.sum())
     A, B, C = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((len(residues), n))

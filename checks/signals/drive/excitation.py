@@ -101,8 +101,7 @@ class Rig:
         shape: AmplitudeShape | None = None,
         fade_s: float = 0.1,
     ) -> Excitation:
-        """Return a swept sine of this amplitude [V at the DAC] times the shape at the momentary frequency; law "log" or
-        "lin".
+        """Return a swept sine of this amplitude [V at the DAC] times the shape at its frequency; law "log" or "lin".
 
         Phase: [STB] 7.4; it ends at any phase, so the amplitude is faded at both ends. Raises ExcitationError."""
         _positive(amplitude_V=amplitude_V, f_start_Hz=f_start_Hz, f_end_Hz=f_end_Hz)
@@ -163,8 +162,7 @@ class Rig:
         return _play(self, core, f"sines of {f_Hz:g} Hz, {cycles} periods each at {listed} V")
 
     def full_range(self, f_Hz: float, cycles: int = 2) -> Excitation:
-        """Return slow cosines over the whole range of the stacks, from its lower end and back, for the stroke ([STB]
-        2.3). Raises ExcitationError."""
+        """Return slow cosines over the range of the stacks, from its lower end, for the stroke ([STB] 2.3)."""
         _positive(f_Hz=f_Hz, cycles=cycles)
         _check_rig(self, f_Hz)
         lo, hi = (V / self.gain for V in self.stack_V)
@@ -185,13 +183,11 @@ class Rig:
         crest_iterations: int = 0,
         lead_in: bool = True,
     ) -> Excitation:
-        """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of whole
-        periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
-        shape.
+        """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of
+        periods, one more before them (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
 
-        The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and
-        differences between periods are noise ([PS12] 4.3). Another seed is another realisation. Raises
-        ExcitationError."""
+        The period has round(fs / resolution) samples, all the same to the last bit: no leakage, and differences are
+        noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
         _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
         if not 0 <= crest_iterations <= MAX_CREST:
             raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")

@@ -58,8 +58,7 @@ class ImpactFrf:
 
     @property
     def driven(self) -> NDArray[np.bool_]:
-        """Return the bins (M,) with at most 30 dB less force than the largest: a half sine of width T has none at
-        1.5/T."""
+        """Return the bins (M,) with a force within 30 dB of the largest: a half sine of width T has none at 1.5/T."""
         power = np.sum(np.abs(self.F) ** 2, axis=0)
         return np.asarray(power >= _DRIVEN * power.max())
 
@@ -72,8 +71,7 @@ class ImpactFrf:
         return coherence
 
     def estimate(self, estimator: str) -> tuple[Complex, Complex]:
-        """Return the response H (M,) by "h1", "h2" or "hv" [response per N], and the contribution of each impact to its
-        error (K, M), zero in sum.
+        """Return the response H (M,) by "h1", "h2" or "hv" [per N], and each impact's part in its error (K, M).
 
         Noise on the force biases H1 low, noise on the response H2 high; Hv is their geometric mean with the phase of
         the cross spectrum, biased by the difference of both ([ROCKLIN85])."""
@@ -260,8 +258,7 @@ def _averages(
 
 
 def _force_window(impact: Impact, start: int, n: int, fs: float, rules: ImpactRules) -> Array:
-    """Return the force window: one over the hit and the ringing of the anti-alias filter after it, then a cosine to
-    zero: the noise of the force sensor is not force."""
+    """Return the force window: one over the hit and its filter's ringing, then a cosine to zero: noise is not force."""
     rings = max(round(2 * _TAPER_s * fs), round(2 * rules.ringing_samples))
     hold = impact.end - start + max(2 * (impact.end - impact.start), rings)
     fall = max(round(_TAPER_s * fs), 1)

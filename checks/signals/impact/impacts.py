@@ -41,8 +41,7 @@ class ImpactRules:
 
 @dataclass(frozen=True)
 class Impact:
-    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: None if it
-    is good."""
+    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: or None."""
 
     start: int
     peak: int
@@ -140,8 +139,7 @@ def half_height(upward: Array, impact: Impact) -> tuple[int, int]:
 
 
 def _overloads(upward: Array, impacts: Sequence[Impact], rules: ImpactRules) -> list[Impact]:
-    """Set the fault of overloaded impacts: flat tops, peaks at the stated range, and peaks of exactly the same largest
-    value."""
+    """Set the fault of overloaded impacts: flat tops, peaks at the stated range, peaks of the same largest value."""
     largest = max(i.force_N for i in impacts)
     shared = sum(i.force_N == largest for i in impacts) > 1
     out = []

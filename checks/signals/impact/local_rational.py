@@ -30,8 +30,7 @@ class LocalBins:
 
 
 def neighbourhood(frf: ImpactFrf, centre: float, half_width: float) -> LocalBins:
-    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz] that carry information on its
-    pole."""
+    """Return the bins around a peak at centre [Hz] with this half-power half-width [Hz] that determine its pole."""
     half = max(_HALF_WIDTHS * half_width, _HALF_BINS * frf.df)
     half = min(half, max(0.15 * centre, _HALF_BINS * frf.df))
     return bins_about(frf, centre, min(half, max(_to_neighbour(frf, centre, half), _HALF_BINS * frf.df)))
@@ -143,8 +142,7 @@ def cost_of(local: LocalBins, theta: Complex) -> float:
 
 
 def frequency(local: LocalBins, theta: Complex) -> complex:
-    """Return the complex frequency p/2 pi j of the pole: real part the damped frequency [Hz], imaginary part decay/2
-    pi."""
+    """Return the complex frequency p/2 pi j of the pole: real part the damped frequency [Hz], imaginary decay/2 pi."""
     return local.centre + local.half * complex(theta[0])
 
 

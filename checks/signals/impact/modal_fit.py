@@ -1,8 +1,7 @@
 """Modal frequency and damping with intervals: a local rational fit around each peak of an impact FRF.
 
 A decay cut by the end of a block has the very same pole on the DFT's bins, so truncation does not bias it. The interval
-comes from the estimates of the single impacts, so that it also holds when the impacts differ in level or place, not
-only for noise."""
+comes from the estimates of the single impacts, so it also holds if the impacts differ in level or place."""
 
 import math
 from dataclasses import dataclass
@@ -111,8 +110,7 @@ def _peaks(frf: ImpactFrf, band_Hz: tuple[float, float], floor: float, separatio
 
 
 def _distinct(modes: list[Mode], separation_Hz: float) -> list[Mode]:
-    """Return the modes without duplicates: two peaks of noise on one mode give the same pole; the stronger fit
-    stays."""
+    """Return the modes without duplicates: peaks of noise on one mode give the same pole; the stronger fit stays."""
     kept: list[Mode] = []
     for m in sorted(modes, key=lambda m: -m.peak):
         if all(abs(m.f_Hz - k.f_Hz) > 0.5 * separation_Hz for k in kept):
@@ -139,8 +137,7 @@ def _pole_near(frf: ImpactFrf, centre: float, half_width: float) -> tuple[LocalB
 
 
 def amplitude_at(frf: ImpactFrf, mode: Mode) -> tuple[float, float]:
-    """Return the peak amplitude |residue|/decay of a mode's pole in another FRF, and its standard error [response per
-    N].
+    """Return the peak amplitude |residue|/decay of a mode's pole in another FRF, and its standard error [per N].
 
     The band is that of the mode's fit: if the other FRF does not show the mode, a peak of noise would cut the band to
     less than its width, where pole and polynomial are indistinguishable."""
@@ -189,8 +186,7 @@ def _mode(frf: ImpactFrf, local: LocalBins, theta: Complex) -> Mode | None:
 
 
 def _model_error(frf: ImpactFrf, local: LocalBins, theta: Complex, pole: complex) -> tuple[float, float]:
-    """Return the shift of (frequency, damping) with one more order of the polynomial, 0 if the residual is within the
-    scatter."""
+    """Return the shift of (frequency, damping) with one more order, 0 if the residual is within the scatter."""
     freedom = local.z.size - theta.size
     if cost_of(local, theta) * (frf.count - 1) < _MISFIT_FACTOR * freedom:
         return 0.0, 0.0

@@ -16,8 +16,7 @@ SETTLED_S = 0.3  # and creep compared with that from here on
 
 @dataclass(frozen=True, eq=False)
 class CreepFit:
-    """Fit of y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)), fitted on the samples `used`
-    (N,).
+    """Fit of y = d0 + drift t + sum over steps of D (1 + gamma log10((t - t_step)/0.1 s)) on the samples `used` (N,).
 
     deflections (S,) D 0.1 s after each step [unit of y]; gamma (S,) creep per decade of time; model (N,). per_moment
     (S, S): change of each deflection per second of error in the moment of each step; gamma_per_moment (S, S): the same

@@ -54,8 +54,7 @@ def sine_cycles(drive: Array) -> list[Cycle]:
 
 
 def _passages(drive: Array, middle: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the first samples after the drive's passages up and down through the middle, without those of mere
-    noise."""
+    """Return the first samples after the drive's passages up and down through the middle, without those of noise."""
     trembling = ABOVE_NOISE * float(np.median(np.abs(np.diff(drive, 2)))) / math.sqrt(6.0)
     side = np.where(drive > middle + trembling, 1, np.where(drive < middle - trembling, -1, 0))
     clear = np.flatnonzero(side)
@@ -77,8 +76,7 @@ def _period(up: int, ups: NDArray[np.intp], downs: NDArray[np.intp]) -> int | No
 
 
 def _cycle(drive: Array, start: int, period: int | None) -> Cycle | None:
-    """Return the cycle if a sine describes it, its frequency fitted too (four-parameter fit of [IEEE1057],
-    Gauss-Newton)."""
+    """Return the cycle if a sine describes it (four-parameter fit of [IEEE1057], Gauss-Newton)."""
     if period is None or period < MIN_SAMPLES or start + 0.99 * period > drive.size:
         return None
     stop = min(start + period, drive.size)

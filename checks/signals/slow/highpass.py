@@ -85,8 +85,7 @@ def fit_highpass(t: Array, u: Array, y: Array, top_Hz: float) -> HighPass:
 
 
 def _band(t: Array, u: Array, y: Array, top_Hz: float) -> tuple[Array, Array, Array]:
-    """Return the time, u and y low-passed to top_Hz, without the edges, at about PER_TOP samples per period of
-    top_Hz."""
+    """Return time, u and y low-passed to top_Hz, without the edges, at about PER_TOP samples per period."""
     if t.size < MIN_SAMPLES:
         raise ValueError(f"{t.size} samples are too short a record, {MIN_SAMPLES} are needed")
     fs = (t.size - 1) / (t[-1] - t[0])

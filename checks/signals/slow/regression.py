@@ -9,8 +9,7 @@ from checks.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class LinearFit:
-    """Fit of y ~ design @ x. x (p,), covariance (p, p), residual (N,) = y - design @ x, in the units of y and
-    design."""
+    """Fit of y ~ design @ x. x (p,), covariance (p, p), residual (N,), in the units of y and design."""
 
     x: Array
     covariance: Array
@@ -27,8 +26,7 @@ class LinearFit:
 
 
 def least_squares(design: Array, y: Array) -> LinearFit:
-    """Return the ordinary least squares of y (N,) on design (N, p); covariance scaled by the residual and by its
-    `colour`.
+    """Return the least squares of y (N,) on design (N, p); covariance scaled by the residual and by its `colour`.
 
     Raises ValueError if N <= p or the columns are linearly dependent."""
     n, p = design.shape

@@ -1,5 +1,4 @@
-"""The sign of the phase: the poles of a stable system lie in the left half plane, and in the right one if its response
-was stored as the complex conjugate (phase of e^-jwt)."""
+"""The sign of the phase: a stable system's poles lie in the left half plane, of the conjugate (e^-jwt) in the right."""
 
 from dataclasses import dataclass
 
@@ -39,8 +38,7 @@ def clear_poles(f: Array, H: Complex) -> list[PolePlace]:
 
 
 def conjugate_resonances(f: Array, H: Complex) -> list[PolePlace]:
-    """Return the poles at the clear resonances of the responses (F, C) if all lie in the right half plane, else
-    nothing."""
+    """Return the poles at the clear resonances of responses (F, C) if all lie in the right half plane, else none."""
     poles = [pole for column in H.T for pole in clear_poles(f, column)]
     return poles if all(pole.damping_ratio < 0.0 for pole in poles) else []
 

@@ -78,8 +78,7 @@ class Frf:
         return self.channels.index(channel)
 
     def radius(self, p: float = 0.95) -> Array:
-        """Return radius (F, C) of the disc about H that contains the truth with probability p (Pintelon & Schoukens,
-        2.4)."""
+        """Return radius (F, C) of the disc about H with the truth at probability p (Pintelon & Schoukens, 2.4)."""
         return np.sqrt(self.var * quantile(p, self.nu)[:, None])
 
     def band(self, f_lo: float, f_hi: float) -> "Frf":

@@ -62,15 +62,13 @@ class LocalPolynomialFit:
         )
 
     def batch(self, bins: slice) -> "LocalPolynomialFit":
-        """Return the views of some bins."""
         return LocalPolynomialFit(
             self.H[bins], self.cov[bins], self.coherence[bins], self.weights[bins], self.own[bins]
         )
 
 
 def fitted(near: Complex, local: LocalRegression, floor: float) -> LocalPolynomialFit:
-    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs about each
-    bin.
+    """Return the fit about every bin: near (1 + C, 2 half + 1, B) has the transforms of input and outputs there.
 
     floor : power of the input over a neighbourhood below which it does not determine the response."""
     channels, points, B = len(near) - 1, near.shape[1], near.shape[2]
@@ -88,8 +86,7 @@ def _filled(bins: int) -> int:
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
     """Return arrays for regressors, then for outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order +
-    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as the
-    computation."""
+    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much."""
     points, m = local.off_transient.shape
     number = len(local.regressors) + channels
     shapes = ((number, points, bins), (number, m, bins), (number, m, bins), (m, bins))
@@ -152,8 +149,7 @@ def _power(x: Complex) -> Array:
 
 
 def _quality(H: Complex, noise: Complex, Suu: Array) -> Array:
-    """Return the share (B, C) of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's
-    power (B,)."""
+    """Return the share (B, C) of outputs' power that H explains beside noise (C, C, B), by input power (B,)."""
     signal = (H.real**2 + H.imag**2) * Suu[:, None]
     total = signal + np.einsum("ccb->bc", noise).real
     return np.where(total > 0.0, signal / np.where(total > 0.0, total, 1.0), 0.0)

@@ -37,8 +37,7 @@ def lpm(
     input: str = "u",
     lasting: bool = False,
 ) -> Frf:
-    """Return the responses from u to every channel of y by the local polynomial method, from one record without
-    periodicity.
+    """Return the responses from u to each channel of y by the local polynomial method, from one aperiodic record.
 
     u : (N,) noise or sweep; y : (N,), (N, C) or name -> (N,), sampled together at fs [Hz]. Bins of fs/N from f_lo to
     f_hi [Hz], every step-th; the `half` bins next to 0 Hz and to fs/2 have no full neighbourhood and are left out.

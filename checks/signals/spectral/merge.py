@@ -34,8 +34,7 @@ class _Spread:
 
 
 def merge(low: Frf, high: Frf, merge_Hz: float | None = None) -> Frf:
-    """Return the response low up to merge_Hz [Hz] and high above it, or, without merge_Hz, both weighted by inverse
-    variance.
+    """Return the response low up to merge_Hz [Hz] and high above it; without merge_Hz both, by inverse variance.
 
     Grid: both equally spaced by the same step, on multiples of that step (for lpm of records of different length:
     choose `step` so that the steps agree), and without a gap between them. Same input and channels in the same order.

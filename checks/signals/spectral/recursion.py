@@ -89,8 +89,7 @@ def _maxima(x: Array) -> NDArray[np.intp]:
 
 
 def _highest_around(at: NDArray[np.intp], height: Array, distance: int) -> NDArray[np.bool_]:
-    """Return which of the points at (P,) have no higher one within less than `distance` samples, removed points not
-    counted."""
+    """Return which points at (P,) have no higher one within less than `distance` samples, apart from removed ones."""
     stays = np.ones(at.size, dtype=bool)
     for k in np.argsort(height)[::-1]:
         if stays[k]:

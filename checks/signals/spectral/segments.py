@@ -127,8 +127,7 @@ class Segments:
 
     @property
     def effective(self) -> float:
-        """Return the effective number of segments n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share
-        information (Welch 1967, eq. 17).
+        """Return the effective number of segments n = K / (1 + 2 sum rho_m^2 (K - m)/K) (Welch 1967, eq. 17).
 
         rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap."""
         K, w = self.count, self._window
@@ -139,22 +138,19 @@ class Segments:
 
 @lru_cache(maxsize=8)
 def _window(n: int) -> tuple[Array, tuple[float, ...]]:
-    """Return the Hann window of n samples and its `bin_correlation`. Cached: a unit's records have one or two
-    lengths."""
+    """Return the Hann window (n,) and its `bin_correlation`. Cached: a unit's records have one or two lengths."""
     window = hann(n)
     window.setflags(write=False)
     return window, bin_correlation(window)
 
 
 def hann(n: int) -> Array:
-    """Return the periodic Hann window (n,) of `scipy.signal.get_window`, without the second that loading scipy.signal
-    takes."""
+    """Return the periodic Hann window (n,) of `scipy.signal.get_window`, without its second of loading."""
     return np.asarray(0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, n + 1))[:-1])
 
 
 def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex, Complex]:
-    """Return arrays for the windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two of them
-    (K, F).
+    """Return arrays for the windowed segments (M, K, nperseg), their transforms (M, K, F) and a product of two (K, F).
 
     All from one block: many small arrays come as small fresh pages, which cost as much time as the transforms. Products
     are taken pair by pair: small matrices of all pairs, bin by bin, would need the transforms in another order, and
@@ -168,8 +164,7 @@ def _work_space(channels: int, batch: int, nperseg: int) -> tuple[Array, Complex
 
 
 def bin_correlation(window: Array) -> tuple[float, ...]:
-    """Return |rho|^2 between transforms of windowed white noise 1, 2, ... bins apart, up to the last above 0: 4/9 and
-    1/36 for Hann."""
+    """Return |rho|^2 between transforms of windowed noise 1, 2, ... bins apart, while above 0: 4/9, 1/36 for Hann."""
     power = np.abs(np.fft.fft(window**2)) ** 2
     rho2 = power[1:16] / power[0]
     last = int(np.flatnonzero(rho2 > 1e-6)[-1]) + 1 if (rho2 > 1e-6).any() else 0

@@ -50,8 +50,7 @@ class _Root:
 def find_zero(w: PoleWindow) -> Zero | None:
     """Return the zero of the only channel of a window, or None if the polynomial has no root inside it.
 
-    The response is a polynomial of the frequency, and so is the transient of the record's ends. Errors move a root by
-    the polynomial's error there over its slope (first order)."""
+    Response and transient are polynomials of the frequency. Errors move a root by the error there over the slope."""
     found, finer = _root(w, ORDER), _root(w, ORDER + 1)
     if found is None or finer is None:
         return None

@@ -83,8 +83,7 @@ def read_frd(source: Source, own: Fields, input: str) -> ResponseFile:
 
 
 def _variance(file: str, own: Fields, shape: tuple[int, int, int], column: int) -> Array | None:
-    """Return the total variance (C, F) over one input from the covariance of real and imaginary part that an idfrd
-    object states, None without one."""
+    """Return the total variance (C, F) over one input from the covariance that an idfrd object states, or None."""
     covariance = np.asarray(own.get("CovarianceData", ()), float)
     if not covariance.size:
         return None

@@ -141,8 +141,7 @@ def _candidates(arrays: Mapping[str, NDArray[Any]], axis: str) -> Iterator[tuple
 def _choose(
     file: str, arrays: Mapping[str, Any], found: Mapping[str, _Candidate], there: Mapping[str, str], axis: str
 ) -> tuple[dict[str, _Candidate], list[str]]:
-    """Return the responses, by --map or by their names, and the other vectors over frequencies. Raises RecordError
-    without a response."""
+    """Return the responses, by --map or name, and the other vectors. Raises RecordError without a response."""
     wanted = {n for n in found if "f" not in (there.get(n), there.get(_last(n))) and (n in there or _last(n) in there)}
     if set(there.values()) - {"f"} and not wanted:
         raise RecordError(f"{file}: no response {', '.join(there)}; it has {', '.join(found) or ', '.join(arrays)}")

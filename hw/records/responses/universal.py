@@ -102,8 +102,7 @@ def _beside(functions: Sequence[UffFunction], found: Sequence[UffFunction]) -> l
 def _quality(
     file: str, functions: Sequence[UffFunction], found: Sequence[UffFunction], f: Array
 ) -> dict[str, dict[int, tuple[Array, str]]]:
-    """Return coherence and variance by the name of their response. Raises RecordError for two, or for other
-    frequencies."""
+    """Return coherence and variance by response. Raises RecordError for two, or for other frequencies."""
     beside: dict[str, dict[int, tuple[Array, str]]] = {each.name: {} for each in found}
     for each, what in _beside(functions, found):
         if not _same(f, _frequencies(file, each)[0]):

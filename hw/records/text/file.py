@@ -27,10 +27,10 @@ _AS_UTF8 = "save it as UTF-8"
 _LIKE = 1000  # rows before the last that it is compared with
 
 
-def open_csv(file: str, raw: bytes, open_end: bool = False) -> Remarked[Variable]:
+def open_csv(file: str, raw: bytes) -> Remarked[Variable]:
     """Return the columns of a text file by name, or by whole header if two share a name (`de [nm]` and `de [um]`).
-    open_end: read a last line without end, with a remark. Raises RecordError."""
-    table = read_text(file, raw, open_end)
+    Raises RecordError."""
+    table = read_text(file, raw)
     names = [parse_column(head)[0] for head in table.layout.heads]
     if len(set(names)) < len(names):
         names = list(table.layout.heads)
@@ -176,8 +176,7 @@ class TextTable:
 
 
 def read_text(file: str, raw: bytes, open_end: bool = False) -> TextTable:
-    """Return the table of a text file. open_end: read a last line without end, with a remark, instead of refusing it.
-    Raises RecordError."""
+    """Return the table of a text file. open_end: read a last line without end, with a remark. Raises RecordError."""
     text = decode(file, raw)
     lines = text.split("\n")
     whole = lines[-1] == ""

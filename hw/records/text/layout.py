@@ -45,8 +45,7 @@ class Layout:
     """The layout of a text file. heads: the named columns, as written; units, kinds of each; columns: their places in a
     row; width: fields of the header; header, first: index of its line and of the first row; apart: between the fields,
     " " for any blanks; decimal: the mark that the file states; clock: start and step [s] that it states in place of a
-    time column; commented: whether fields beyond `width` are comments; samples: rows that it states; remarks: in
-    words."""
+    time column; commented: fields beyond `width` are comments; samples: rows that it states; remarks: in words."""
 
     heads: tuple[str, ...]
     units: tuple[str, ...]
@@ -80,8 +79,8 @@ def split(line: str, apart: str) -> list[str]:
 
 
 def find_layout(file: str, lines: Sequence[str]) -> Layout:
-    """Return the layout of a table. Raises RecordError without a possible header, or if a line above changes the
-    numbers and is not used."""
+    """Return the layout. Raises RecordError without a header, or if a line above changes the numbers and is not
+    used."""
     shown: list[Line] = []
     rows = 0
     for i, line in enumerate(lines):
@@ -105,8 +104,7 @@ def find_layout(file: str, lines: Sequence[str]) -> Layout:
 
 
 def _best(shown: Sequence[Line], stated: str) -> Layout | None:
-    """Return the layout with the first line as header that fits best: all rows below are numbers; else all rows fit;
-    else the next row fits."""
+    """Return the layout whose header fits best: all rows below are numbers; else all rows fit; else the next."""
     partly: list[tuple[int, Layout]] = []
     for k in range(len(shown) - 1):
         for apart in [stated] if stated else _separators(shown[k][1]):
@@ -187,8 +185,7 @@ def _kind(fields: Sequence[str]) -> str:
 
 
 def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
-    """Return the layout with the first line as header, of a table in which no row fits. Raises RecordError if that line
-    has no names."""
+    """Return the layout by the first line if no row fits. Raises RecordError if it has no names."""
     at, line = shown[0]
     apart = stated or _separators(line)[0]
     names = _names(line, apart)
@@ -275,8 +272,7 @@ def _is_unit_word(text: str) -> bool:
 
 
 def _unit(file: str, line: int, head: str, below: str, kind: str) -> str:
-    """Return the unit of a column by its header, the row below and the end of its name. Raises RecordError if two
-    differ."""
+    """Return a column's unit by header, the row below and the end of its name. Raises RecordError if two differ."""
     name, unit = parse_column(head)
     end = _UNIT_AT_END.search(name) or _TIME_AT_END.search(name)
     if below and unit and head.endswith(")") and not is_unit(unit):
@@ -314,8 +310,7 @@ def _step(key: str, value: str) -> float | None:
 
 
 def _clocked(file: str, found: Layout, words: str, step: float, shown: Sequence[Line]) -> Layout:
-    """Return the layout with a stated sampling time if it has no column of times. Raises RecordError if such a column
-    has another step."""
+    """Return the layout with a stated sampling time. Raises RecordError if its column of times has another step."""
     names = [parse_column(head)[0].lower() for head in found.heads]
     at = next((i for i, name in enumerate(names) if name in TIMES), None)
     if at is None:

@@ -139,8 +139,7 @@ def _expected(field: str) -> str:
 
 
 def seconds(file: str, name: str, fields: Iterable[tuple[int, str]]) -> Array:
-    """Return times of day, or dates, as seconds after the first. Raises RecordError with the line of a field of another
-    form."""
+    """Return times of day, or dates, as seconds after the first. Raises RecordError for a field of another form."""
     out: list[float] = []
     first: tuple[int, bool, bool] | None = None  # ns; whether with a date, with a zone
     for line, field in fields:

@@ -1,5 +1,4 @@
-"""Units of the axes of a data set 58: by label, else by specific data type, exponents and data set 164. Contradicting
-statements are refused."""
+"""Units of a data set 58: by label, else by specific data type, exponents and data set 164, which must agree."""
 
 import re
 from typing import NamedTuple
@@ -7,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from checks.errors import RecordError
-from hw.records.uff.set58 import Axis, UffFunction
-from hw.records.uff.set164 import UnitSystem
+from hw.records.uff.set58 import Axis, UffFunction, UnitSystem
 from specs.units import UnitMismatch, factor, plain_unit, split_ratio
 
 # Specific data type: what it is, its exponents of length and force, its SI unit.
@@ -37,8 +35,7 @@ FORCES = {"lbf": 4.4482216152605, "kgf": 9.80665}
 
 
 class AxisUnit(NamedTuple):
-    """The unit of an axis. unit: of the values times scale, "" if the file does not state it; said: the conversion in
-    words, "" for none."""
+    """The unit of an axis. unit: of the values times scale, "" if not stated; said: the conversion in words."""
 
     unit: str
     scale: float

@@ -21,7 +21,7 @@ from accept.fleet.measurements import measurements
 from accept.fleet.trend import trends
 from accept.fleet.yields import yields
 from accept.pictures.draw import figure_of
-from accept.pictures.style import settings
+from accept.pictures.items import settings
 from accept.store import open_store
 from accept.store.decisions import DecisionError, Signer
 from accept.store.payloads import BenchStated, GoldenResolved

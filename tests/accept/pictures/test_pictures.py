@@ -17,10 +17,9 @@ from matplotlib.figure import Figure
 
 from accept.pictures.colours import ROLES, SERIES
 from accept.pictures.draw import FORMATS, PictureError, draw, picture
-from accept.pictures.items import draw_panel, set_degree_ticks
+from accept.pictures.items import draw_panel, set_degree_ticks, settings
 from accept.pictures.jsonform import panels_from_json, panels_to_json
 from accept.pictures.reduce import POINTS, reduce_panel
-from accept.pictures.style import settings
 from accept.pictures.words import pretty
 from checks.picture import Band, Heights, Image, Line, Mark, Panel, Span, Text
 from tests.accept.certificate import certificate_help

@@ -7,7 +7,7 @@ import pytest
 
 from accept.judging import judge as judging
 from accept.judging import judge_unit, load_spec
-from accept.judging.learned_bench import learned_bench_problem
+from accept.judging.rules import learned_bench_problem
 from accept.models.evidence import Models
 from accept.units.unit_folder import read
 from checks.cause import Cause

@@ -13,7 +13,7 @@ from accept.workflow import certify
 from accept.workflow.bench import Workbench
 from accept.workflow.certify import Signing
 from accept.workflow.dialogue.begin import Begun
-from accept.workflow.dialogue.summary import Ask, AskedLine
+from accept.workflow.dialogue.summary_effects import Ask, AskedLine
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.passphrase_guard import is_passphrase, may_be_passphrase
 from accept.workflow.entry.shift import NOT_TAKEN

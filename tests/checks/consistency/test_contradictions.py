@@ -9,8 +9,7 @@ from accept.base.documents.results import UnitRecord
 from accept.judging import judge_unit, load_spec
 from accept.units import unit_folder
 from checks.cause import Cause
-from checks.consistency.contradictions import check_consistency
-from checks.consistency.relations import RELATIONS, Relation
+from checks.consistency.contradictions import RELATIONS, Relation, check_consistency
 from checks.quantity import Quantity
 from checks.verdict import UnitVerdict, Verdict, judge, unit_verdict
 from specs.spec import load

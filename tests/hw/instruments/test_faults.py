@@ -16,8 +16,7 @@ from hw.errors import InstrumentError
 from hw.instruments import Heidenhain, Lcr800, MillimarM1240, MillimarOptors
 from hw.instruments.heidenhain import Nd287Settings
 from hw.instruments.lcr800 import Lcr800Settings
-from hw.instruments.millimar_m1240 import M1240Settings
-from hw.instruments.millimar_optors import OptorsSettings
+from hw.instruments.millimar_protocols import M1240Settings, OptorsSettings
 from hw.link import Link
 from hw.serial_port import LineSettings
 from hw.simulated import FaultKind, HeidenhainDevice, Lcr800Device, LineFault, M1240Device, OptorsDevice, Server

@@ -3,8 +3,7 @@
 import pytest
 
 from hw.errors import Garbled, Implausible, InstrumentRefused, NoReply, OverRange, WrongInstrument
-from hw.instruments.millimar_m1240 import M1240Settings, MillimarM1240
-from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
+from hw.instruments.millimar_protocols import M1240Settings, MillimarM1240, MillimarOptors, OptorsSettings
 from tests.hw.instruments.dialogue import dialogue
 
 FAST = {"timeout_s": 0.05, "quiet_s": 0.005, "deadline_s": 2.0}

@@ -13,8 +13,7 @@ from hw.instruments.heidenhain import Heidenhain, HeidenhainSettings, Nd287Setti
 from hw.instruments.lcr800 import Lcr800, Lcr800Settings, parse_results
 from hw.instruments.manual import ManualSettings, parse_typed
 from hw.instruments.millimar import MillimarSettings, parse_value
-from hw.instruments.millimar_m1240 import M1240Settings, MillimarM1240
-from hw.instruments.millimar_optors import MillimarOptors, OptorsSettings
+from hw.instruments.millimar_protocols import M1240Settings, MillimarM1240, MillimarOptors, OptorsSettings
 from hw.link import Link
 from hw.simulated import HeidenhainDevice, Lcr800Device, M1240Device, OptorsDevice
 from tests.hw.instruments.dialogue import LINE, DevicePort

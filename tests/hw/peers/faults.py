@@ -14,8 +14,7 @@ from hw.instruments import Heidenhain, Lcr800, MillimarM1240, MillimarOptors
 from hw.instruments.heidenhain import Nd287Settings
 from hw.instruments.ids3010 import Ids3010, Ids3010Settings
 from hw.instruments.lcr800 import Lcr800Settings
-from hw.instruments.millimar_m1240 import M1240Settings
-from hw.instruments.millimar_optors import OptorsSettings
+from hw.instruments.millimar_protocols import M1240Settings, OptorsSettings
 from hw.instruments.scpi_lcr import ScpiLcr, ScpiLcrSettings
 from hw.link import Link
 from tests.hw.instruments.dialogue import LINE

@@ -202,8 +202,7 @@ def _counted(findings: "Sequence[Finding]") -> str:
 
 
 def finding_line(finding: "Finding", name: int, width: int) -> Text:
-    """Return one finding with its value in place inside its limits, as far as there is room. name: columns of its
-    label."""
+    """Return one finding with its value inside its limits, as far as there is room. name: columns of its label."""
     sign = _sign(str(finding.verdict))
     done = finding.cause is None or finding.cause.cause.name != "NOT_MEASURED"  # its module comes with the physics
     mark, style = (sign.mark, sign.tone.style) if done else ("·", "dim")

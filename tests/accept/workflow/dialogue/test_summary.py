@@ -13,9 +13,8 @@ from accept.judging.advice import ADVICE
 from accept.store.folding import Signature
 from accept.store.payloads import CHOICES, RecordRefused
 from accept.workflow.dialogue import summary as dialogue
-from accept.workflow.dialogue.summary import (
-    QA,
-    TECHNICIAN,
+from accept.workflow.dialogue.summary import QA, TECHNICIAN
+from accept.workflow.dialogue.summary_effects import (
     Ask,
     AskedLine,
     BenchKeys,

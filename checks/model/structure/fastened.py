@@ -1,4 +1,8 @@
-"""The encoder: its head on the top of the APA, its ruler on the bottom, and the point where it reads."""
+"""What is fastened to an APA.
+
+Joints: springs and dampers at their centre of rotation, half of their mass beside the APA. Encoder: its head on the top
+of the APA, its ruler on the bottom, and the point where it reads. Bench: a base of granite that holds the bottom, a
+payload guided along z, perhaps a mode of the frame."""
 
 from dataclasses import dataclass
 
@@ -6,6 +10,27 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.model.structure.rigid_motion import lever
+
+RIGID = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """k (6,) [N/m, N m/rad], c (6,) [N s/m, N m s/rad] along and about x, y, z; an infinite k is a rigid direction.
+
+    arm [m]: centre of rotation from the APA's interface, outwards. The half of the mass on the APA's side sits
+    half_arm [m] from the interface; the other half belongs to the bench and to the payload."""
+
+    k: Array
+    c: Array
+    arm: float
+    half_mass: float
+    half_inertia: float
+    half_arm: float
+
+
+# The APA alone is clamped to the bench and to the guided payload: a joint that gives way nowhere and has no length.
+CLAMP = Joint(np.full(6, RIGID), np.zeros(6), arm=0.0, half_mass=0.0, half_inertia=0.0, half_arm=0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,3 +67,21 @@ def bracket(f: Array, f_Hz: float, damping_ratio: float) -> Complex:
     x = 1j * f / f_Hz
     factor: Complex = 1.0 / (x * x + 2.0 * damping_ratio * x + 1.0)
     return factor
+
+
+@dataclass(frozen=True)
+class Bench:
+    """payload [kg] including its half of the top joint; guide_damping [N s/m]; held: the payload is clamped too."""
+
+    payload: float
+    guide_damping: float
+    held: bool = False
+
+
+def suspension(f: Array, static: float, ratio: float, f_Hz: float, damping_ratio: float) -> Complex:
+    """Return the contribution (F,) of a mode of the bench to both displacements: ratio g0 w^2 / (s^2 + 2 z w s + w^2).
+
+    static: g0, the static gain of da [m/V] ([DESIGN] 6)."""
+    x = 1j * f / f_Hz
+    added: Complex = ratio * static / (x * x + 2.0 * damping_ratio * x + 1.0)
+    return added
