@@ -152,7 +152,13 @@ def for_trust() -> dict[str, Any]:
     offline = 'driver = "offline"\nmodel = "X"\nmeasures = ["stroke"]\n'
     Path("bench.toml").write_text(f'name = "B1"\n[instruments.tip]\n{offline}')
     spec, day = load("apa-basic"), date(2026, 1, 2)
-    return {"home": home(), "spec": spec, "bench": load_bench("bench.toml"), "day": day, "store": open_store("sqlite://")}
+    return {
+        "home": home(),
+        "spec": spec,
+        "bench": load_bench("bench.toml"),
+        "day": day,
+        "store": open_store("sqlite://"),
+    }
 
 
 def for_gap_of_units() -> dict[str, Any]:
