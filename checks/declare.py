@@ -123,7 +123,8 @@ class Form:
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or list under a check's `settings` of a spec, with default and meaning. positive: above zero."""
+    """A number or list that a spec may set for a check under `settings`, with its default and its meaning. positive:
+    whether it, or each of its numbers, must be above zero."""
 
     name: str
     default: Any

@@ -19,7 +19,8 @@ class ModelError(AcceptError, ValueError):
 
 
 class NotHeld(ModelError):
-    """Error for values with which the assembly falls over: of a file, or reached by a search on impossible records."""
+    """Error for values with which the assembly falls over: wrong in a file, or reached by a search on records that no
+    strut can have given."""
 
     def __init__(self, lowest: float) -> None:
         held = f"the assembly is not held: lowest eigenvalue of its stiffness {lowest:.4g}"

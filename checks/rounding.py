@@ -8,7 +8,8 @@ LARGE = 1e12  # above, digits to U would run beyond those of a float
 
 
 def decimals_of(U: float) -> int:
-    """Return how many decimals leave two digits of U ([JCGM100] 7.2.6), negative for tens; U finite and above 0.
+    """Return the number of decimals that leave two digits of U ([JCGM100] 7.2.6), negative for tens and hundreds; U
+    finite and above 0.
 
     The count is that of the rounded U: 0.0999 has two digits in 0.100."""
     return 1 - int(f"{U:.1e}".split("e")[1])

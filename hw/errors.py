@@ -1,4 +1,5 @@
-"""Errors between the bench and an instrument. Each names instrument or port, bytes received and expected."""
+"""Errors between the bench and an instrument. Every text names the instrument or port, the bytes received and those
+expected. None of these errors carries a reading."""
 
 from specs.errors import AcceptError
 

@@ -75,7 +75,8 @@ class DamagedCharacter(Exception):
 
 
 def open_serial(settings: LineSettings) -> Port:
-    """Open a port, its damaged characters marked. Raises OSError, SettingsError for its settings."""
+    """Open a port whose damaged characters are marked. Raises OSError (pyserial's SerialException is one), and
+    SettingsError if the port does not take the settings."""
     try:
         opened = serial.Serial(
             port=settings.port,

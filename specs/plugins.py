@@ -159,7 +159,8 @@ def _is_installed(top: str) -> bool:
 
 
 def _entries(group: str) -> list[EntryPoint]:
-    """Return the plug-ins of a group by name, without those in the working folder, unless PYTHONPATH names it."""
+    """Return the plug-ins of a group by name, without those in the working folder, which may contain data, unless
+    PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
     here = None if Path.cwd() in named else Path.cwd()
     found = sorted(_installed(tuple(sys.path))[group], key=lambda e: (e.name, e.value))

@@ -122,7 +122,8 @@ _LOOSE_HEADER = re.compile(r"^(?P<name>\w[\w .-]*?)\s*(?:/|\bin\b|,)\s*(?P<unit>
 
 
 def parse_column(text: str) -> tuple[str, str]:
-    """Return name and unit of a column, as `parse_header`, and of `de/nm`, `de in nm` and `de, nm` if it is one."""
+    """Return name and unit of a column as `parse_header`, also of `de/nm`, `de in nm` and `de, nm` if the last part is
+    a unit."""
     name, unit = parse_header(text)
     found = None if unit else _LOOSE_HEADER.match(name)
     if found is None or not is_unit(found["unit"]) or is_unit(found["name"]):
@@ -216,7 +217,8 @@ def label_from_name(quantity: str) -> str:
 
 
 def model_label(name: str) -> str:
-    """Return words for a model's value by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx"."""
+    """Return words for a value of a model by its flat name: `joint.kRx_Nm_per_rad` is "joints: bending stiffness kRx",
+    `apa.mode_stiffness_12` "APA: mode stiffness 12"."""
     *places, value = name.split(".")
     words = without_unit(value).replace("_", " ")
     where = _PLACES.get(".".join(places)) or " ".join(reversed(places)).replace("_", " ")

@@ -19,7 +19,8 @@ DIGITS = 1e-6  # relative: universal files state frequencies with seven digits
 
 @dataclass(frozen=True, eq=False)
 class ImportedResponse(MeasuredResponse):
-    """Response of a file without record: no second realisation, no resonances; variance and coherence may be NaN."""
+    """Response of a file without record. Variance and coherence are NaN if the file states none; there are no second
+    realisation and no resonances."""
 
     file: str
     sha256: str
@@ -125,7 +126,8 @@ def _noise(
 @dataclass(frozen=True)
 class ResponseDifference:
     """Difference of two responses of a channel, relative to the second [1]: median and largest |H1/H2 - 1|, the
-    frequency [Hz] of the largest, and the share of bins in which both agree within 95 % (None: noise not known)."""
+    frequency [Hz] of the largest, and in how many of the bins both agree within their 95 % regions (None: noise not
+    known)."""
 
     channel: str
     bins: int

@@ -105,7 +105,8 @@ def read_any(
     step_s: float | None,
     mapped_only: bool = False,
 ) -> Record:
-    """Read a record. mapped_only: only the channels of `channels`. Raises RecordError."""
+    """Read a record, and report the mapping and conversion of its columns. mapped_only: read the channels of `channels`
+    only. Raises RecordError."""
     record = record_by_input(load_bytes(path), input, channel_map(channels), step_s, UNITS, mapped_only, STEP)
     for words in record.remarks:
         say(f"{words}; {record.t.size} samples, {record.fs:.6g} Hz")

@@ -129,7 +129,8 @@ def writing_atomic(
 
 
 def remove_leftovers(*folders: Path, older_s: float = LEFTOVER_S) -> None:
-    """Remove old temporary files of killed programs. Another program may still be writing a young one."""
+    """Remove old temporary files of killed programs from these folders. Another program, on any machine, may still be
+    writing a young one."""
     for folder in folders:
         for path in folder.glob(f".*{PART}"):
             with suppress(OSError):  # of another user, or gone meanwhile

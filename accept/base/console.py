@@ -42,7 +42,8 @@ stdout = PlainConsole(highlight=False, markup=False, soft_wrap=False, width=None
 
 
 def say(words: str) -> None:
-    """Write a message to stderr, so that stdout stays data; further lines are indented: no name imitates a line."""
+    """Write a message to stderr, so that stdout stays data. Further lines are indented: a line break in a name cannot
+    imitate a line of the program."""
     print(lines(words).replace("\n", "\n    "), file=sys.stderr, flush=True)
 
 

@@ -1,4 +1,5 @@
-"""Words from elsewhere for a terminal, a log or a table: the one escaping, and the one place that hides secrets."""
+"""Words from elsewhere as a terminal, a log or a table may show them: the one escaping for all output, and the one
+place that takes secrets out of addresses."""
 
 import re
 from collections.abc import Sequence

@@ -27,7 +27,8 @@ def judging_s() -> float:
 def time_limit(seconds: float) -> Iterator[None]:
     """Stop the block with TimeLimitExceeded after so many seconds.
 
-    It needs a signal, which only the main thread receives and Windows lacks; elsewhere the bounds of inputs must do."""
+    It needs a signal, which only the main thread receives and Windows lacks. Elsewhere there is no limit, and the
+    bounds on the size of inputs must suffice."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -132,7 +132,8 @@ class Roster:
         return iter(self._file.execute(f"SELECT {columns} FROM unit WHERE seq IS NOT NULL ORDER BY serial"))
 
     def count(self, which: str = "refused = 0") -> int:
-        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, or `unchanged`."""
+        """Return the number of units that are not refused. which: `seq IS NOT NULL` for judged, `unchanged` for those
+        judged before."""
         found: tuple[int] = self._file.execute(f"SELECT COUNT(*) FROM unit WHERE {which}").fetchone()
         return found[0]
 

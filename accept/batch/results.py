@@ -63,7 +63,8 @@ def csv_rows(findings: Iterable[Mapping[str, Any]], header: bool = False) -> byt
 
 
 def _cell(value: Any) -> Any:
-    """Return a value as a cell: an apostrophe before what looks like a formula, no control characters."""
+    """Return a value as a cell: a text that a spreadsheet would take for a formula gets an apostrophe in front, and
+    control characters that would move the cursor are removed."""
     if not isinstance(value, str):
         return value
     text = _clean(value)
@@ -72,7 +73,8 @@ def _cell(value: Any) -> Any:
 
 def junit_unit(unit: ListedUnit) -> bytes:
     """Return a unit's suite, a case per finding and per nonconformance: fail and conditional are failures, no result is
-    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output."""
+    an error, and so is what holds the unit a failure. The answer of the gap workflow is the suite's output and does not
+    change it."""
     cases = [(f.check, f.quantity, str(f.verdict), f.reason or "") for f in unit.findings]
     cases += [("unit", "nonconformance", "held", words) for words in unit.nonconformances]
     failures = sum(verdict in {"fail", "conditional", "held"} for _, _, verdict, _ in cases)

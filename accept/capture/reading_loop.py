@@ -80,8 +80,9 @@ class ReadingLoop:
     def moving(
         self, what: str, until_s: float, most_gap_s: float, at: Callable[[float], None]
     ) -> list[tuple[float, float]]:
-        """Return (time since the first [s], value in SI) of a moving value, as answers come; `at` is called with the
-        time before each. An error or too long a gap ends it. Raises InstrumentError, OSError."""
+        """Return (time since the first [s], value in SI) of a moving value, as quickly as answers come; `at` is called
+        with the time before each. One error or too long a gap ends it: the readings before are not a record. Raises
+        InstrumentError, OSError."""
         instrument, link = self._instrument, self._instrument.link
         if not isinstance(instrument, Sampling) or link is None:
             words = "cannot follow what moves; an ids3010 can, or the rig records it (accept hw pickup)"

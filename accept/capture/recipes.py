@@ -21,7 +21,8 @@ MAX_GAP_S = 0.15  # between two readings: the check looks at a tenth of a second
 
 
 def stiffness(setup: CaptureSetup) -> CaptureResult:
-    """Follow the displacement while a mass is added and removed, closed and open ([STB] 3.1.7, 3.2.1)."""
+    """Follow the displacement while a mass is added and removed, with closed and open circuit ([STB] 3.1.7, 3.2.1). Ask
+    for the mass unless it is known."""
     typed = {} if "mass_kg" in setup.known else {"mass_kg": Measured(_ask_mass(setup))}
     files, notes = {}, []
     for circuit, name in CIRCUITS.items():

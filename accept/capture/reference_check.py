@@ -1,7 +1,8 @@
 """The daily reference of an instrument: read a certified artefact, compare, keep the result in the store.
 
 It reveals a factor, a scaling, a held display or a drift, which no protocol reports. E_n is the difference over the
-uncertainties of artefact and instrument together; at most 1 passes ([ISO13528] 9.7)."""
+uncertainties of artefact and instrument together; at most 1 passes ([ISO13528] 9.7, with the artefact's value as the
+assigned one)."""
 
 import math
 import statistics
@@ -47,7 +48,8 @@ class ReferenceCheck:
 
 
 def compared(name: str, entry: InstrumentEntry, artefact: ReferenceEntry, readings: Sequence[float]) -> ReferenceCheck:
-    """Return the comparison of readings in the artefact's unit. Raises ValueError without a stated accuracy."""
+    """Return the comparison of readings in the artefact's unit. Raises ValueError without a stated accuracy: an unknown
+    accuracy is not zero."""
     if entry.accuracy is None:
         raise ValueError(f"[instruments.{name}] states no accuracy: how far it may be off is unknown")
     value = statistics.fmean(readings)

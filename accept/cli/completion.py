@@ -1,4 +1,5 @@
-"""Names and values for the completion of a shell. Nothing here loads what a command needs."""
+"""Names and values for the completion of a shell. Nothing here loads what a command needs: it answers while a key is
+held."""
 
 import os
 import sqlite3

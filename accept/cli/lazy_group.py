@@ -52,8 +52,9 @@ class Group:
 
 
 class AsTyped:
-    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For others
-    the library's own converter takes its place: its import takes longer than the rest of a command line."""
+    """Converts the values of a parameter that need no conversion: an option that was left out, plain text. For all
+    others the library's own converter takes its place, which pydantic builds: the import of that takes longer than the
+    rest of a command line."""
 
     def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
         """Return the value of a parameter. Raises typer.BadParameter."""

@@ -103,7 +103,8 @@ def picture(
 
 
 def command(function: Callable[P, Answer]) -> Callable[P, Exit]:
-    """Return a command that checks its files' places before the work, prints its answer and returns the exit code."""
+    """Return a command that checks the places of its files before the work, prints its answer and returns the exit
+    code. An error that a person can mend is one line."""
 
     @wraps(function)
     @clear_errors

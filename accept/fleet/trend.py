@@ -228,7 +228,8 @@ def _findable(base: Baseline, n: int, frozen: bool, scale: str, shared: float) -
 
 
 def _with_unlike(found: Sequence[Alarm], serials: Sequence[str], unlike: Mapping[str, Alarm]) -> list[Alarm]:
-    """Return alarms with those of values that are unlike the others of their unit; one alarm if also gross."""
+    """Return alarms with those of values that are unlike the others of their unit; a value that is gross as well has
+    one alarm."""
     at = {i: unlike[serial] for i, serial in enumerate(serials) if serial in unlike}
     gross = {a.first for a in found if a.rule == VALUE}
     said = [
@@ -336,7 +337,8 @@ def whose(place: Place | None, only: str = "") -> str:
 
 
 def stored_baselines(store: Store, quantity: str, by: str) -> dict[str, StoredBaseline]:
-    """Return group -> the baseline that was set last for a quantity, a signed one before others. Raises StoreError."""
+    """Return group -> the baseline that was set last for a quantity; one that is not signed replaces none that is.
+    Raises StoreError."""
     by_key = dict[str, StoredBaseline]()
     for event in store.events(what=BaselineSet.KIND):
         stated = BaselineSet.of(event)

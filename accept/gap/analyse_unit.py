@@ -50,7 +50,8 @@ class GapAnalysis:
 
     def profile(self, name: str) -> LikelihoodProfile:
         """Return the profile of the likelihood of a fitted value, such as "misalignment.dy_um": a fit for each of seven
-        values about it, on all that was fitted. Raises ModelError for a name that was not fitted."""
+        values about it, on all that was fitted: unnamed effects and experiments too. Raises ModelError for a name that
+        was not fitted."""
         return LikelihoodProfile.of(self.result.fit, name)
 
     @property

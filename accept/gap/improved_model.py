@@ -1,6 +1,7 @@
 """The improved model as a file: fitted values, the effects that were named, covariance, and their origin.
 
-`accept gap --empirical` adds unidentified elements, if unseen records are then explained as well in every channel."""
+`accept gap --empirical` adds an unidentified effect as an element that is labelled so, if the written file then
+explains unseen records at least as well in every channel."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -85,7 +85,8 @@ def pictures(result: Result, added: Sequence[AddedElement] = ()) -> dict[str, Pa
 
 
 def short_report(result: Result) -> tuple[list[Block], list[Block]]:
-    """Return what fits a screen, and what is never cut: the best candidates if nothing was named, and the gap."""
+    """Return what fits a screen, the most important first, and what is never cut: the best candidates if an effect is
+    missing and none was named, and the gap."""
     document = to_json("", result)
     found = findings(document, data_words(result.fit))
     missing = not result.found and result.verdict != GapVerdict.NO_MISSING

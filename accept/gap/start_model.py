@@ -43,7 +43,8 @@ class StartModel:
 
 
 def stands(known: Mapping[str, Any] | None, start: StartModel | None, out: Path) -> bool:
-    """Return whether a stored explanation, or None, has this start model, and its improved model is in `out`."""
+    """Return whether a stored explanation, or None, has the start model of a new one, unchanged, and the improved model
+    that it names is in `out`."""
     if known is None or start is None:
         return known is None and start is None
     improved = known.get("improved")

@@ -64,9 +64,11 @@ def responses(
     f_lo: float = F_LO,
     f_hi: float = F_HI,
 ) -> Responses:
-    """Return the responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model. channels: None for the product's.
+    """Return the responses of a unit over f_lo..f_hi [Hz]. tolerance: of the model they will be compared with.
+    channels: those of the unit's product if None.
 
-    Raises UnitError for the folder or a missing [frf], RecordError for the same causes as judging."""
+    Raises UnitError for the folder or a missing [frf], RecordError for records that cannot be used, for the same causes
+    as judging."""
     held = loaded(given)
     unit, values = held.folder, _values(held)
     records = records_of(values)

@@ -124,7 +124,8 @@ def _told(check: Check, verdict: Verdict, cause: Reason | None) -> list[str]:
 
 
 def first_advice(findings: Iterable[Finding]) -> str | None:
-    """Return what to do first about a unit: to correct at the bench, else on its first failure; None for nothing."""
+    """Return what to do first about a unit: what to correct at the bench, else the advice on its first failure; None if
+    nothing is to be done."""
     found = list(findings)
     failed = [advice(CHECKS[f.check], f) for f in found if f.verdict is Verdict.FAIL]
     return action(found) or next((told[0] for told in failed if told), None)

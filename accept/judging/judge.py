@@ -48,7 +48,8 @@ def settings_problems(check: Check, given: Mapping[str, Any]) -> list[str]:
 
 def _type(default: Any, number: Any) -> Any:
     """Return the type of a setting, derived from its default: a number, not negative if the default is not; a text; a
-    pair, from and to; so many numbers or points; or, if empty, any list of numbers. number: type of each."""
+    pair, from and to; so many numbers or points; or, if the default is empty, any list of numbers. number: type of
+    each."""
     if isinstance(default, str):
         return str
     if not isinstance(default, list | tuple):
@@ -77,7 +78,8 @@ def default_spec(kind: str) -> Spec:
 
 
 def default_specs() -> list[Spec]:
-    """Return the spec of every installed product. Another package's that cannot be used is left out and said."""
+    """Return the spec of every installed product. One of another package that cannot be used is left out and said, as a
+    plug-in is. Raises SpecError."""
     found = []
     for name in list(products()):
         try:
@@ -181,7 +183,8 @@ judge_unit.__dict__["judge_unit"] = judge_unit  # scripts from before this room 
 
 
 def _notes_of_unit(held: LoadedUnit, spec: Spec) -> list[str]:
-    """Return which checks do not apply, how columns of the records were converted, and what the operator noted."""
+    """Return which checks do not apply to the product, how columns of the records were converted, by section, and what
+    the operator noted of the checks."""
     absent = product_named(spec.kind).absent.items()
     reads = [(CHECKS[n].reads, n, why) for n, why in absent if n in CHECKS]
     found = [f"{step}: {name} does not apply: {why}" for step, name, why in reads if step in spec.checks]
@@ -288,7 +291,8 @@ def _not_judged(unit: UnitFolder, spec: Spec) -> list[str]:
 
 
 def spec_for(unit: UnitFolder, specs: Mapping[str, Spec]) -> Spec:
-    """Return the spec of a unit's kind. Raises UnitError without such a spec, or for a serial of another form."""
+    """Return the spec of a unit's kind. Raises UnitError if the run has no such spec, or the serial does not have the
+    form that the spec requires."""
     if unit.kind not in specs:
         have = ", ".join(f"{s.name} for '{k}'" for k, s in specs.items())
         raise UnitError(unit.path / units.UNIT_FILE, [f"kind = '{unit.kind}' has no spec in this run ({have})"])

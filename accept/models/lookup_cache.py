@@ -52,7 +52,8 @@ class Plan:
 
     @classmethod
     def of(cls, model: Model, nx: int = 41, ny: int = 41) -> "Plan":
-        """Return the plan of a model's table. Raises ModelError for too small a grid, or without encoder or joints."""
+        """Return the plan of a model's table. Raises ModelError for a grid that is too small or a model without encoder
+        or joints."""
         return cls(*MisalignmentTable.axes(model, nx, ny))
 
     @property
@@ -123,7 +124,8 @@ def write_table(path: Path, table: MisalignmentTable) -> None:
 
 
 def read_table(plan: Plan, path: Path | None = None) -> MisalignmentTable:
-    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged or of another model."""
+    """Return the stored table of a plan. Raises FileNotFoundError; TableError if it is damaged, of another model, or
+    differs from this program's."""
     path = path or plan.path
     table = open_table(path)
     if table.sha256 != plan.sha256:

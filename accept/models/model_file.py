@@ -88,7 +88,8 @@ def model_of_spec(spec: ModelSpec, matrices: Callable[[ModelSpec], Superelement 
 
 
 def as_weighed(given: OpenedModel, serial: str, payload_kg: float | None, U_kg: float | None = None) -> OpenedModel:
-    """Return the model with the payload of the unit's folder and its U (k = 2); unchanged if fitted to this unit."""
+    """Return the model with the payload of the unit's folder, as sure as its U (k = 2) says; unchanged without one, and
+    if it was fitted to this very unit."""
     fitted_to = given.spec.fit.serial if given.spec.fit else None
     sd_kg = None if U_kg is None else U_kg / COVERAGE_FACTOR
     return given if fitted_to == serial else replace(given, model=with_payload(given.model, payload_kg, sd_kg))

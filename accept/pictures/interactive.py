@@ -63,7 +63,8 @@ def page(panels: Mapping[str, Panel], title: str, words: Sequence[str] = (), tab
 
 
 def group_panels(panels: Mapping[str, Panel]) -> list[list[Panel]]:
-    """Return groups of panels that share an axis: phase and residual below magnitude, by names as `de phase`."""
+    """Return groups of panels that share an axis: phase and residual of a channel below its magnitude, by their names
+    `de magnitude`, `de phase`, `de deviation`."""
     below = {
         name: f"{name.removesuffix(end)} magnitude"
         for name in panels

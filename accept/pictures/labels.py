@@ -1,4 +1,5 @@
-"""Labels of quantities and inputs for people; code names are for files and details. What is slow is loaded late."""
+"""Labels of quantities and inputs for people; code names are for files and details. What loads slowly is loaded when a
+label is asked for."""
 
 from collections.abc import Mapping
 from functools import cache

@@ -60,7 +60,8 @@ def _heights(values: Mapping[str, Any]) -> tuple[float, ...]:
 
 
 def _strokes(values: Mapping[str, Any]) -> tuple[float, float]:
-    """Return the strokes [m] of one stack and of the other two. A typed stroke is split in thirds."""
+    """Return the strokes [m] of one stack and of the other two. A typed stroke is split into one third and two
+    thirds."""
     records = [values.get("one_stack"), values.get("two_stacks")]
     if all(isinstance(record, Record) for record in records):
         one, two = (float(r["d"].max() - r["d"][0]) for r in records if isinstance(r, Record))

@@ -76,7 +76,8 @@ def _text(raw: bytes) -> str:
 
 
 def _to_wal(connection: sqlite3.Connection, deadline: float) -> None:
-    """Switch to WAL, repeatedly until the deadline: SQLite has no busy timeout if two programs switch at once."""
+    """Switch to WAL, repeatedly until the deadline: SQLite waits no busy timeout if two programs switch a new file at
+    once."""
     while True:
         try:
             connection.execute("PRAGMA journal_mode=WAL")

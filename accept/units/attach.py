@@ -46,7 +46,8 @@ def copy_in(source: Path, folder: Path, most: int) -> tuple[str, str]:
 
 
 def lacks(source: Path, declared: Series | CsvTable, channels: Channels) -> list[str]:
-    """Return which declared channels or columns a file lacks, by name only, without data; or what is wrong with it.
+    """Return which declared channels or columns a file lacks, by name only: no data are read; what is wrong with one
+    that cannot be read.
 
     A structure may fit, because its channels are inside it. channels: our name -> source in the file."""
     try:

@@ -1,4 +1,5 @@
-"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached."""
+"""A unit with its files, each read once: the same bytes are hashed, judged, explained and attached to the certificate,
+and estimates of a record are kept for the next caller."""
 
 import hashlib
 import re
@@ -143,7 +144,8 @@ class LoadedUnit:
         return values
 
     def _vet_experiments(self, values: Values) -> None:
-        """Raise RecordError if responses and an experiment, or two experiments, are of the same recording."""
+        """Raise RecordError if responses and an experiment, or two experiments, contain the same recording: one of them
+        was not measured."""
         every = dict(values)
         for name in self.folder.experiments:
             with suppress(RecordError):  # said where the experiment itself is asked for
@@ -193,7 +195,8 @@ def bare_name(channel: str) -> str:
 
 
 def loaded(unit: Path | UnitFolder | LoadedUnit) -> LoadedUnit:
-    """Return the unit, loaded if it is a path. Raises UnitError, also if the folder looks different here."""
+    """Return the unit, loaded if it is a path. Raises UnitError without a unit there, or if another machine sees the
+    folder otherwise."""
     if isinstance(unit, LoadedUnit):
         return unit
     folder = unit_folder.read(unit) if isinstance(unit, Path) else unit

@@ -55,7 +55,8 @@ class BenchServices(WorkerProcess):
 def open_bench(
     spec: str | None = None, records: Path | None = None, bench_file: Path | None = None, folder: Path | None = None
 ) -> Workbench:
-    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises AcceptError of its parts."""
+    """Return the bench of `ACCEPT_HOME`; folder: a unit's, to go on with. Raises SpecError, StoreError, HomeError,
+    SettingsError, UnitError."""
     taken = units.read(folder) if folder else None
     specs = [load_spec(spec)] if spec else default_specs()
     if taken is not None and taken.kind not in {one.kind for one in specs}:

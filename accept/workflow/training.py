@@ -150,7 +150,8 @@ class TrainingUnit:
         )
 
     def put_right(self, session: Session, remedy: Remedy) -> Event:
-        """Make the records of a step anew, without the fault if this is its remedy. Raises StoreError, OSError."""
+        """Make the records of a step anew, without the fault if this is its remedy, and begin the step anew. Raises
+        StoreError, OSError."""
         taken = (datetime.fromisoformat(e.time).timestamp() for e in session.events if e.what == RecordLinked.KIND)
         ago_s = min(SETTLED_S, time.time() - max(taken, default=0.0) - 1e-3)  # newer than what was taken
         event = session.entries.remeasure(remedy.step, f"{_REASON}{remedy.words}")

@@ -95,7 +95,8 @@ def _cycles(record: Record, at_least: float) -> list[Cycle]:
 
 
 def _check_loop(loop: Loop, motion: str, spec: CheckSpec) -> None:
-    """Raise NoResult for a loop of no piezo actuator: too exact, too narrow, or ahead of Va by more than one sample."""
+    """Raise NoResult for a loop that no piezo actuator makes: too exact, too narrow, or the motion ahead of Va by more
+    than the one sample of a shift in storing."""
     ahead = -loop.width.value
     if ahead > loop.one_sample + 3 * loop.width.u:
         raise NoResult(Cause.RESPONSE_LEADS, channel=motion, percent=100 * ahead, amplitude=loop.amplitude)
@@ -162,7 +163,8 @@ def loop_of(drive: Array, response: Array, cycle: Cycle, name: str = "response")
 
 def _width(name: str, loop: Loop, motion: str, spec: CheckSpec) -> Quantity:
     """Return the width with its budget. A response stored a sample beside its drive opens or closes the loop by that
-    sample's angle; every part of a sample is equally likely ([JCGM100] 4.3.7)."""
+    sample's angle; the record does not show by which part of a sample the two are apart, so every part is equally
+    likely ([JCGM100] 4.3.7)."""
     percent = 100 * abs(loop.width.value)
     budget = [
         Contribution("scatter of the record", 100 * loop.width.u, "A"),

@@ -1,8 +1,9 @@
 """Misalignment of the APA from the joints' axis, from the ratio of encoder to interferometer ([STB] 6.2).
 
 It reads the records of the frequency responses. A coarse table of a model's ratio gives the starts, and a joint fit of
-misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. No result follows from missing bands,
-reversed channels, a model that does not explain the responses, an answer at the edge."""
+misalignment, uncertain parameters and drive gives dx, dy and their uncertainty. Data or a model that do not carry an
+answer give no result: missing bands, reversed channels, a model that does not explain the responses, an answer at the
+edge."""
 
 from functools import lru_cache
 
@@ -30,7 +31,8 @@ DIGITS = 2  # of um: far below U, far above what another processor's rounding do
 
 
 def measure(values: Values, _: CheckSpec) -> Outcome:
-    """Return dx_um and dy_um with U. Raises NoResult without records or a model to compare with."""
+    """Return dx_um and dy_um with U. Raises NoResult without records or model, or if no model can be compared with
+    them."""
     model = values.get("model")
     if not isinstance(model, Model):
         raise NoResult(Cause.MODEL_NOT_SET)

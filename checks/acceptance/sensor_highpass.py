@@ -31,7 +31,8 @@ SHOWN_SEGMENTS = 4  # of the picture's FRF; the corner does not come from it
 def measure(values: Values, spec: CheckSpec) -> Outcome:
     """Return the corner with the resistor [Hz], corner without it, and the capacitance [uF] that the first one implies.
 
-    The corner comes from a fit in time of s/(s + w) between Va and Vs below `top_Hz`: an FRF of few periods leaks."""
+    The corner comes from a time-domain fit of s/(s + w) between Va and Vs below `top_Hz`, not from an FRF: with few
+    periods of the lowest frequencies every window leaks."""
     if "with_resistor" not in values:
         raise NoResult(Cause.NOT_MEASURED, record="with_resistor")
     vet_rates(values, spec)
@@ -74,7 +75,8 @@ def _corner(fitted: HighPass, spec: CheckSpec) -> Quantity:
 
 
 def _corner_without(values: Values, top_Hz: float) -> Quantity:
-    """Return the corner of the input's own resistance; mostly below the record's lowest frequency."""
+    """Return the corner without the resistor, of the input's own resistance; mostly below the record's lowest
+    frequency."""
     name = "sensor_highpass_without_Hz"
     if "without_resistor" not in values:
         return Quantity.missing(name, because(Cause.NOT_MEASURED, record="without_resistor"))

@@ -57,7 +57,8 @@ def calibrate(
 
 
 def refine(found: Calibration, wrap: Wrap = itself, unseen: Dataset | None = None) -> Calibration:
-    """Return a calibration with the more likely form of damping and, if the model scatters, the finest tolerance."""
+    """Return a calibration with the form of damping that is more likely beyond doubt and, for a model that scatters,
+    with the finest tolerance that the data bear."""
     best = with_likelier_damping(found, wrap)
     own = best.fit.datasets[0].tolerance
     for tolerance in (t for t in FINER if found.model.scatters and found.model.least <= t < own):

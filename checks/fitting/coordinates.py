@@ -79,7 +79,8 @@ class Coordinates:
         return np.where(self.log, self.values(x) / self._origin, 1.0) * self.unit
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the bounds (p,) of the search: the physical ones, narrowed to what the priors allow."""
+        """Return the bounds (p,) of the search: the physical ones, narrowed to likely values for parameters with a
+        prior."""
         return np.maximum(self.x(self.lo), -self.reach), np.minimum(self.x(self.hi), self.reach)
 
     @property

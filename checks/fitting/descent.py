@@ -48,7 +48,8 @@ class Residuals(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """x (p,), cost (half the sum of squares). settled: no step leads down. known: the normal matrix at x."""
+    """x (p,), cost (half the sum of squares). settled: no step leads further down. known: the normal matrix at x, if
+    computed."""
 
     problem: Residuals
     x: Array
@@ -104,7 +105,8 @@ def _stretch(slope: float, taken: float, fall: float) -> float:
 
 
 def _step(A: Array, g: Array, x: Array, damping: float, lo: Array, hi: Array) -> tuple[Array, float]:
-    """Return the next x, inside the bounds, and the predicted fall of the cost. A parameter stays on its bound."""
+    """Return the next x, inside the bounds, and the predicted fall of the cost. A parameter stays on a bound that it
+    would leave."""
     free = ~(((x <= lo) & (g > 0.0)) | ((x >= hi) & (g < 0.0)))
     part = A[np.ix_(free, free)]
     held = part + np.diag(damping + ROUNDING * np.diag(part))

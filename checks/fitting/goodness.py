@@ -17,7 +17,8 @@ LEAST = 0.02  # relative: less is a matter of the values, and the next fit has t
 @dataclass(frozen=True)
 class Gap:
     """The gap between model and data. G: squared residual over noise variance plus squared tolerance, per degree of
-    freedom; 1 or less is agreement. dof: real degrees of freedom. p: chance of so large a G from noise alone."""
+    freedom; 1 or less is agreement. dof: real degrees of freedom. p: chance of so large a G from noise, were the model
+    exact."""
 
     G: float
     dof: float

@@ -79,8 +79,8 @@ class Whitener:
 
 
 def whitener(f: Array, H: Complex, cov: Complex, nu: Array, tolerance: float | Array) -> Whitener:
-    """Return the whitener at f (F,) of H (F, C), noise cov (F, C, C) with nu (F,) degrees; tolerance: one number, or
-    (F, C)."""
+    """Return the whitener of f (F,), H (F, C), cov (F, C, C) noise with nu (F,) complex degrees of freedom; tolerance:
+    one number, or (F, C)."""
     C = H.shape[1]
     independent: Complex = cov * _covariance_factor(nu, C)[:, None, None]
     d = np.arange(C)

@@ -34,7 +34,8 @@ def table_frequencies() -> Array:
 
 
 def table_limits_um(model: Model) -> tuple[float, float]:
-    """Return the largest |dx| and |dy| [um] of the search: the APA300ML's in proportion to the height, their lever."""
+    """Return the largest |dx| and |dy| [um] of the search: those of the APA300ML in proportion to the actuator's
+    height, the lever of a misalignment."""
     height = model.apa(model.values).height or APA300ML_HEIGHT  # two springs may be stated without one
     scale = height / APA300ML_HEIGHT
     return DX_MAX_UM * scale, DY_MAX_UM * scale

@@ -32,7 +32,8 @@ class Electrical:
     charge_highpass: tuple[float, float]
 
     def coupling(self, f: Array) -> Complex:
-        """Return the share (F,) of the amplifier's output that couples into Vs, its derivative up to `PICKUP_TO_HZ`."""
+        """Return the share (F,) of the amplifier's output that couples into Vs: a constant, and its derivative up to
+        `PICKUP_TO_HZ`."""
         s = 2j * np.pi * f
         return np.asarray(self.crosstalk + self.pickup * s / (1.0 + 1j * f / PICKUP_TO_HZ))
 

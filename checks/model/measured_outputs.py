@@ -20,7 +20,8 @@ Channels = tuple[str, ...]
 @dataclass(frozen=True, eq=False)
 class OutputGains:
     """gain (F, C) per motion of a channel; with_rest (F, C) per motion of da at rest; with_own_rest (F, C) per motion
-    of the channel itself at rest; alone (F, C) without motion; picked (C,): its channels; da: payload."""
+    of the channel itself at rest; alone (F, C) without any motion; picked (C,): which channels of the motion; da: that
+    of the payload."""
 
     gain: Complex
     with_rest: Complex
@@ -30,7 +31,8 @@ class OutputGains:
     da: int
 
     def __call__(self, H: Complex, static: Array) -> Complex:
-        """Return the responses (F, C) per volt of Va [V/V, m/V] to a motion H (F, c), static (c,), per newton."""
+        """Return the responses (F, C) to one volt of Va [V/V, m/V] to a motion H (F, c), static (c,) at rest, per
+        newton."""
         return self.in_proportion(H, static) + self.alone
 
     def in_proportion(self, H: Complex, static: Array) -> Complex:

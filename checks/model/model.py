@@ -124,7 +124,8 @@ class Model:
         return replace(self, values=self._at(changes))
 
     def drawn(self, rng: np.random.Generator, most: float) -> "Model":
-        """Return the model with every parameter drawn from its prior, within so many deviations and its bounds."""
+        """Return the model with every uncertain parameter drawn from its prior, within so many standard deviations and
+        its bounds."""
         c = self.calibrated
         away = np.clip(rng.standard_normal(len(c.names)), -most, most)
         values = c.values + away * c.sds
@@ -156,7 +157,8 @@ class Model:
         return replace(self, values=bare, sds={n: s for n, s in self.sds.items() if n in bare})
 
     def system(self, changes: Values = PRIOR_ONLY) -> System:
-        """Return the matrices from a force pair of 1 N to the motion of sensor stack, encoder and payload [m]."""
+        """Return the matrices from a force pair of 1 N to the sensor stack's elongation, the encoder's and the
+        payload's z [m]."""
         return self._solved(self._at(changes))[0]
 
     def modal(self, changes: Values = PRIOR_ONLY) -> Modal:
@@ -353,7 +355,8 @@ def _ends(values: Values, name: str) -> tuple[dict[str, float], dict[str, float]
 
 
 def _changes_measurement(name: str, values: Values) -> bool:
-    """Return whether a mechanical parameter also changes the measurement (a 2-DoF APA's sensor reads a force)."""
+    """Return whether a mechanical parameter also changes the measurement (the sensor of a 2-DoF APA reads a spring's
+    force)."""
     return name == FORCE_SENSOR and "constants.gs_V_per_N" in values
 
 

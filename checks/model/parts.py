@@ -64,7 +64,8 @@ def bench_of(values: Values, held: bool) -> Bench:
 
 
 def offset_of(values: Values) -> Array:
-    """Return the offset (3,) [m] of the line of force from the joints' axis: the APA's, plus its own."""
+    """Return the offset (3,) [m] of the line of force from the joints' axis: the APA's, plus the force's from its
+    middle."""
     lopsided = [si(values, f"apa.lopsided_{axis}_um") for axis in "xy"]
     offset: Array = _vector(values, "misalignment.d{}_um") + np.array([*lopsided, 0.0])
     return offset

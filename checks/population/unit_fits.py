@@ -109,7 +109,8 @@ class UnitRatios:
 
     def unlike(self, bench: LearnedBench, serial: str) -> dict[str, float]:
         """Return channel -> share of the band, octaves counting alike, in which a unit differs from what all have in
-        common by more than `FAR`. By G alone any units would be a batch: the tolerance is learned."""
+        common by more than `FAR`. A tolerance that is learned is as wide as units differ, so that G alone would call
+        any units a batch."""
         i, octaves = self.serials.index(serial), np.gradient(np.log2(self.f))
         common = np.array([bench.at(self.f, c) for c in self.channels]).T - 1.0
         off = local_mean(self.f, np.abs(self.ratios[i] - common) ** 2 - self.noise[i], BAND) > FAR**2

@@ -40,7 +40,8 @@ class ChannelDelay:
 
 @dataclass(frozen=True)
 class ExpectedSignal:
-    """Expected looks of a channel, in its unit: departure from its median within lo..hi, finest step or None."""
+    """Expected looks of a channel: largest departure from its median within lo..hi, finest step (None: unknown), in its
+    unit."""
 
     lo: float
     hi: float

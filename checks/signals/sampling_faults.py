@@ -75,7 +75,8 @@ _KNOWN: WeakKeyDictionary[Record, dict[str, tuple[Reason, ...]]] = WeakKeyDictio
 
 
 def sampling_faults(record: Record, drive: str = "Va", outputs: Sequence[str] = OUTPUTS) -> tuple[Reason, ...]:
-    """Return why a record must not be used for any comparison; empty if it is sound. Dead channels are not examined.
+    """Return the reasons why a record must not be used for any comparison; empty if it is sound. Dead channels are not
+    examined: a constant value is no fault of sampling.
 
     Cached by record, since several checks use the same one."""
     cached = _KNOWN.setdefault(record, {})
@@ -226,7 +227,8 @@ def _unexplained_share(look: _Look, channel: str) -> float:
 
 
 def _burst(part: DrivePart, E: Complex) -> int | None:
-    """Return the first sample of the slot with the largest unexplained part, by block's power; None if even in time."""
+    """Return the first sample of the slot with the largest unexplained part, each block over its own power; None if it
+    is even in time."""
     left = part.in_time(E / np.sqrt(power(E))[:, None])
     whole = left.size // SLOT * SLOT
     size = np.sqrt(np.mean(left[:whole].reshape(-1, SLOT) ** 2, axis=1))
@@ -262,7 +264,8 @@ def _prediction_errors(x: Array) -> Array:
 
 
 def _shift(look: _Look, channel: str, at: int) -> int:
-    """Return by how many samples a channel comes earlier after a cut; 0 if it does not, or if a part is short."""
+    """Return by how many samples a channel comes earlier after a cut than before; 0 if it does not, or if a part is
+    short."""
     u = look.record[look.drive]
     y = look.record[channel]
     if channel == look.drive:

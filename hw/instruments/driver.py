@@ -50,7 +50,8 @@ Opener = Callable[[str, InstrumentEntry, Ask], Instrument]
 @dataclass(frozen=True)
 class Trial:
     """A change at the instrument during commissioning. asked: the driver asks for this setting, so a reading must be
-    refused; else the value may stay if the technician sees the change. optional: not all instruments have it."""
+    refused; otherwise the value may also stay while the technician sees the change. optional: not every instrument of
+    the kind has it."""
 
     do: str
     asked: bool = True

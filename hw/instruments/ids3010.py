@@ -59,7 +59,8 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
         return Identity(None, serial, None, name)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return pass mode, axis and the place of its last reset. Raises InstrumentRefused, Implausible."""
+        """Return pass mode, axis and the place of its last reset. Raises InstrumentRefused, Implausible for low
+        contrast."""
         stated: dict[str, str] = {}
         for question in (self._measuring, self._pass_mode, self._contrast, self._reference, self._averaging):
             stated |= question(deadline)
@@ -116,8 +117,9 @@ class Ids3010(LengthInstrument[Ids3010Settings]):
     def sample(self) -> Reading:
         """Return one answer of a moving value; a line of the network is whole or lost, so a second one is not needed.
 
-        One question on identity or settings follows each answer, another one each time: all at each value would take
-        six round trips: gaps on a slow network. `connect` and `confirm` ask all of them. Raises InstrumentError."""
+        One question on identity or settings follows each answer, another one each time: all of them at each value would
+        take six round trips, and a slow network would leave gaps. `connect` and `confirm` ask all of them. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:

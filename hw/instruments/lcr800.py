@@ -111,7 +111,8 @@ class Lcr800(SerialInstrument[Lcr800Settings]):
             self._open(deadline)
 
     def _ask_settings(self, deadline: Deadline) -> Mapping[str, str]:
-        """Return every setting that affects a value and has a key. Raises InstrumentRefused, Implausible."""
+        """Return every setting that affects a value and has a key. Raises InstrumentRefused with a bias on,
+        Implausible."""
         found = {}
         for header, choice in self._choices.items():
             found[header] = self._setting_value(header, deadline)
@@ -202,7 +203,8 @@ def _is_number(text: str, value: float) -> bool:
 
 
 def parse_results(who: str, primary: bytes, secondary: bytes, settings: Lcr800Settings) -> tuple[float, float]:
-    """Return C [F] and D of the two result lines. Raises Garbled for a wrong form or unit, Implausible."""
+    """Return C [F] and D of the two result lines. Raises Garbled for a wrong width, digits, point or unit,
+    Implausible."""
     first = PRIMARY.fullmatch(text_of(who, primary))
     second = SECONDARY.fullmatch(text_of(who, secondary))
     if not first or not second:

@@ -36,7 +36,8 @@ class SerialInstrument(ABC, Generic[S]):
     """A driver: `read` gives a value or raises InstrumentError within `deadline_s` (plus one look at the port).
 
     After any error the next reading starts a new session: silent line, settings. The settings that the instrument
-    states at the first reading since `connect` must hold until `close`, over all sessions."""
+    states at the first reading since `connect` must hold until `close`, over all sessions: a change in between is an
+    error."""
 
     unit: str
     answers: ClassVar[int] = 2
@@ -77,7 +78,8 @@ class SerialInstrument(ABC, Generic[S]):
             return replace(reading, settings=settings)
 
     def confirm(self) -> Identity:
-        """End a run and return the identity. Nothing may have changed. Raises InstrumentError."""
+        """End a run and return the identity. Identity and settings must be the same before anything is set. Raises
+        InstrumentError."""
         deadline = self.link.deadline(self.deadline_s)
         with self._session_ends_on_error():
             if not self._in_session:
@@ -158,7 +160,8 @@ class SerialInstrument(ABC, Generic[S]):
         return Identity()
 
     def _ask_settings(self, _: Deadline) -> Mapping[str, str]:
-        """Return the settings, which the bench file requires; none without a question. Raises InstrumentError."""
+        """Return the settings if they are as the bench file requires; nothing without a question for them. Raises
+        InstrumentError."""
         return {}
 
     @abstractmethod

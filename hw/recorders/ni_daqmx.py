@@ -30,7 +30,8 @@ TERMINALS = {"rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudo_diff": "PSEUD
 
 
 class DaqmxSettings(Strict):
-    """device: as in NI MAX. clock: terminal of the sample clock. terminal, coupling: of all inputs."""
+    """device: its name in NI MAX. clock: terminal of the input's sample clock. terminal, coupling: of all inputs; None
+    leaves the device's own."""
 
     device: Words
     clock: Words | None = None

@@ -176,7 +176,8 @@ def _text(data: bytes, element: MatElement) -> str:
 
 def _content(file: str, data: bytes, head: ArrayHeader, end: int, order: str, left: list[int], depth: int = 0) -> Any:
     """Return the content of an array: a dictionary for a structure, a list for several and for a cell, text, or numbers
-    in their shape; None for other kinds. left: [parts that may still be read]. Raises RecordError beyond them."""
+    in their shape. None for other kinds, such as complex numbers, objects and functions. left: [parts that may still be
+    read]. Raises RecordError beyond them."""
     if head.kind in NUMBERS:
         return _numbers(file, data, head, end, order).reshape(head.shape, order="F")
     if head.kind == "char":

@@ -235,7 +235,8 @@ def _no_channel(file: str, input: str, found: Variables, vectors: Variables) -> 
 
 
 def _sampled_apart(drive: Variable, v: Variable) -> str:
-    """Return why a vector cannot belong to the drive's record; "" with its length, or with an overlapping time."""
+    """Return why a vector cannot belong to the drive's record; "" if it has the drive's length, or an own time of the
+    same step that overlaps."""
     a, b = (None, None) if v.clock is None or drive.clock is None else (drive.clock(), v.clock())
     if a is None or b is None or a.axis is not None or b.axis is not None:
         if v.size != drive.size:

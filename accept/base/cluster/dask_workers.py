@@ -76,7 +76,8 @@ class _Pace:
 
 
 class Labelled(WorkerPlugin):
-    """Reports a worker's code to the scheduler and limits its memory as a local process's; it runs its own code."""
+    """Reports a worker's code to the scheduler and limits its memory as that of a local process. Only the name is sent;
+    the worker runs its own code."""
 
     name = "accept-code"
     idempotent = True

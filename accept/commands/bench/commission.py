@@ -109,7 +109,8 @@ def _first(instrument: Instrument) -> tuple[float | None, TrialResult]:
 
 
 def _run_trial(instrument: Instrument, trial: Trial, first: float) -> TrialResult:
-    """Return the result of a change at the panel: it must be refused, or seen without changing the value."""
+    """Return the result of a change at the panel: it must be refused, or leave the value and be seen by the
+    technician."""
     try:
         instrument.confirm()
         value = instrument.read().value

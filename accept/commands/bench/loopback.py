@@ -146,7 +146,8 @@ def _same(given: str, expected: str) -> bool:
 
 
 def template_without_strangers(folder: Path) -> None:
-    """Write the package's page without its links to other hosts, which must not learn what is measured."""
+    """Write the package's page without its links to other hosts, which a bench may not reach and which must not learn
+    what is measured."""
     page = files("textual_serve").joinpath("templates", "app_index.html").read_text(encoding="utf-8")
     page = _ELSEWHERE.sub("", page).replace("</body>", f"{additions()}{_FOCUS}</body>")
     (folder / "app_index.html").write_text(page, encoding="utf-8")

@@ -41,7 +41,8 @@ class InjectedFault:
 
     @classmethod
     def of(cls, words: str) -> "InjectedFault":
-        """Parse `gauge:menu_open`, `lcr:half_line:3`, `gauge:swapped:probe`. Raises UnitRequestError."""
+        """Parse `gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
+        UnitRequestError."""
         name, _, rest = words.partition(":")
         kind, _, more = rest.partition(":")
         kinds = [k.value for k in FaultKind]

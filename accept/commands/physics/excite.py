@@ -23,7 +23,8 @@ Seed = Annotated[int, Option(help="Seed of the random numbers.")]
 
 @dataclass(frozen=True)
 class Shaping:
-    """Amplitude over frequency. notch_from: a first record (t, Va and de) whose resonance is notched."""
+    """Amplitude over frequency. notch_from: a first record (t, Va and de) whose resonance is notched; its own width and
+    depth unless they are given."""
 
     notch: Annotated[float | None, Option(help="Less amplitude around this resonance [Hz].")] = None
     notch_width: Annotated[float | None, Option(help="Width of the notch [Hz].")] = None

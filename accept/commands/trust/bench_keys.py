@@ -114,7 +114,8 @@ def who_acts(given: str | None) -> str:
 
 
 def _technician_choice(home: Path, operator: str | None) -> str | None:
-    """Return the technician to choose if several have a key: the operator named, else the login name."""
+    """Return the technician to choose if several have a key: the operator named, else the login name if it has a
+    key."""
     there = [k.person for k in keys.listing(home) if k.role == TECHNICIAN]
     wanted = operator or operator_name(None)
     return wanted if len(there) > 1 and any(same_person(wanted, one) for one in there) else None
@@ -142,7 +143,8 @@ def warn_of_home(home: Path) -> None:
 
 
 def _bench_key_warning(home: Path, credential: Credential) -> str | None:
-    """Return why what this bench signs is not plainly valid: its key has no certificate, or another bench's."""
+    """Return why what this bench signs is not plainly valid: its own key has no certificate, or that of another
+    bench."""
     if keys.bench_certificate(home, credential.ca) is not None:
         return None
     return (

@@ -151,7 +151,8 @@ def _loaded(names: Sequence[str]) -> tuple[list[Spec], list[str]]:
 
 
 def _is_complete(spec: Spec, folder: Path | None, words: list[str]) -> bool:
-    """Return whether certificates of a spec lack nothing; add lines about the rest. Raises SpecError, UnitError."""
+    """Return whether certificates of a spec lack nothing, and add lines about what they lack. Raises SpecError,
+    UnitError."""
     from accept import units
     from accept.certificate import LABORATORY_FILE, laboratory_of, missing_statements
 

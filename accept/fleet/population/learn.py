@@ -41,7 +41,8 @@ def with_scatter(given: OpenedModel, say: Callable[[str], None]) -> OpenedModel:
 
 
 def measured_units(folders: Sequence[Path], given: OpenedModel) -> list[Responses]:
-    """Return every unit's responses; all are read before the first fit. Raises UnitError, RecordError, ModelError."""
+    """Return the responses of every unit; nothing is fitted before all can be read. Raises UnitError, RecordError,
+    ModelError."""
     if len(folders) < FEWEST:
         raise ModelError(f"{len(folders)} units: a batch needs {FEWEST} or more")
     found = [responses(folder, given.model.tolerance, given.model.channels) for folder in folders]

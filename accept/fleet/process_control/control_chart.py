@@ -355,7 +355,8 @@ def _split(x: Array, offset: int, base: Baseline, chance: float) -> list[int]:
 
 def _refine(x: Array, places: list[int], base: Baseline, chance: float) -> list[int]:
     """Return the places of change of x (n,) after each was moved to where it fits best between its neighbours, and left
-    out if it is not significant then: a split of the whole is only approximately in place."""
+    out if it is not significant then: a split of the whole is only approximately at the place that later splits
+    show."""
     edges = [0, *places, x.size]
     significant = _quantile(x.size, base, chance) ** 2 * base.sigma**2
     i = 1

@@ -19,7 +19,8 @@ TIME_LIMIT_S = 60.0  # a person waits so long; what is then not proven best is s
 @dataclass(frozen=True)
 class MatchedSets:
     """Units chosen for sets that are alike. sets: indices of the units of each; cost: of each set, width over U summed
-    over quantities; proven: whether no better choice exists; bound: else the least cost that could."""
+    over quantities; proven: whether no better choice exists, else the time was up and bound is the least cost that
+    could still exist."""
 
     sets: tuple[tuple[int, ...], ...]
     costs: tuple[float, ...]

@@ -32,7 +32,8 @@ class MeterOffset:
 
 
 def largest_offset(values: Array, places: Mapping[str, Labels], blocks: NDArray[np.intp]) -> MeterOffset | None:
-    """Return the least likely offset of values (N,) about a level; None if no two places measured beside each other.
+    """Return the least likely offset of values (N,) that vary about a level; None if no two places measured beside each
+    other.
 
     blocks (N,): number of what values have in common that are compared, a day and a lot."""
     kept = np.flatnonzero(np.abs(values - np.median(values)) <= GROSS_SIGMAS * robust_sigma(values))

@@ -48,7 +48,8 @@ def _p_normal(values: Array, name: str) -> float:
 
 
 def to_scale(values: Array, name: str) -> Array:
-    """Return values on a scale; one of zero or less is that of the smallest number, except as measured."""
+    """Return values on a scale; on others than that of the measurement one of zero or less is that of the smallest
+    number."""
     if name == AS_MEASURED:
         return np.asarray(values, dtype=float)
     above = np.maximum(values, np.finfo(float).tiny)

@@ -69,7 +69,8 @@ def unconfirmed(store: Store, serial: str) -> list[str]:
 
 
 def tell_apart(store: Store, serial: str, who: str) -> None:
-    """Store that a person told a serial apart from those that look like it. Raises StoreError."""
+    """Store that a person told a serial apart from those that look like it, so that it is asked once. Raises
+    StoreError."""
     if known := unconfirmed(store, serial):
         store.write(SerialConfirmed(tuple(known)), serial, who=who)
 

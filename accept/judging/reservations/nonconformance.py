@@ -218,7 +218,8 @@ def _conceded(decided: Sequence[NonconformanceDecided]) -> str:
 
 
 def is_only_held(finding: Finding) -> bool:
-    """Return whether a finding would pass without the nonconformance: earlier programs made every one conditional."""
+    """Return whether a finding would pass without the nonconformance that holds the unit: earlier programs made every
+    finding of such a unit conditional."""
     return (
         finding.verdict is Verdict.CONDITIONAL
         and finding.cause is not None

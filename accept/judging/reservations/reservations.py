@@ -1,4 +1,5 @@
-"""Reservations: facts against a unit that the bench's store knows, not its folder, and their effect on the verdict.
+"""Reservations: facts against a unit that the bench's store knows and its folder does not show, and their effect on the
+verdict.
 
 A recording that is filed twice does not count (`copies`), one that was read otherwise before makes no
 finding pass that did not (`reread`), nor does one that an earlier attempt holds something against

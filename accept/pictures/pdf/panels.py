@@ -144,7 +144,8 @@ BETWEEN = 2.2 * mm  # two panels on one axis
 
 
 class FigureStack(Flowable):  # type: ignore[misc]
-    """Panels below each other on one horizontal axis; legends at the right. heights_mm: of the axes of each."""
+    """Panels below each other on one horizontal axis, with numbers under the last only; legends at the right.
+    heights_mm: of the axes of each. The first has a title."""
 
     def __init__(self, panels: Sequence[Panel], heights_mm: Sequence[float]) -> None:
         super().__init__()

@@ -151,7 +151,8 @@ def _value(f: Finding) -> str:
 
 
 def limits_text(step: WorkflowStep, earlier: Mapping[str, Sequence[float]], room: int) -> Text:
-    """Return the limits of a step, each with the values of the units before, and its forms. room: columns."""
+    """Return the limits of a step, each with the values of the units before, and the forms in which it can be given.
+    room: columns."""
     text, width = Text(), min(_LIMITS, room - 2)
     for name, limit in step.asked.limits.items():
         values = earlier.get(name, ())

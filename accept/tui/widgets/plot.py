@@ -277,7 +277,8 @@ def _distance(curve: Array, rows: NDArray[np.int_], axes: Axes, length: int) -> 
 
 
 def _unbroken(values: Array, jump: float) -> Iterable[tuple[int, int]]:
-    """Return ends of the parts of a curve without a jump of this height: from -180 to 180 degrees is no move."""
+    """Return ends of the parts of a curve that go on without a jump of this height: from -180 to 180 degrees a phase
+    moved by nothing."""
     edges = [0, *(np.flatnonzero(np.abs(np.diff(values)) > jump) + 1), values.size]
     return pairwise(map(int, edges))
 

@@ -82,7 +82,8 @@ class StepList(DataTable[Text]):
         entitle(self, *(("Steps", f"{done} of {len(self._session.steps)}") if self._room() else ("",)))
 
     def _put(self, row: str, status: Status, title: str, more: Sequence[str], held: bool = False) -> None:
-        """Fill a row. more: what was found, the longest first; held: a nonconformance was noted there."""
+        """Fill a row. more: what was found, the longest first; held: a nonconformance was noted there, which is red
+        whatever was measured."""
         marked = Status.HELD if held and status in UNFINISHED else status
         # With few colours the cursor turns them round: quiet words would be grey on grey.
         quiet, room = "" if self.app.has_class("-few-colours") else "dim", self._room()
@@ -196,7 +197,8 @@ def standing(session: Session, step: WorkflowStep) -> str:
 
 
 class UnitBar(Static):
-    """One line. Where the spec's title does not fit, its name or nothing; what is longer is cut."""
+    """One line. Where the spec's title does not fit, its name stands there, or nothing; what is still longer than the
+    screen is cut at the end."""
 
     def __init__(self, session: Session, where: str = "") -> None:
         super().__init__("", id="unit", markup=False)

@@ -20,7 +20,8 @@ class Begun:
 @dataclass(frozen=True)
 class BenchKinds:
     """The kinds of unit of a bench. kinds: those for which the bench has a spec; problem: returns why a serial is not
-    valid for a unit of a kind, None if it is; described: returns the only kind whose spec has such serials."""
+    valid for a unit of a kind, None if it is; described: returns the kind whose spec alone says itself that its serials
+    look like this one."""
 
     kinds: tuple[str, ...]
     problem: Callable[[str, str], str | None] = field(repr=False)

@@ -42,7 +42,8 @@ class OpenBench:
 
 @dataclass(frozen=True)
 class WaitForBench:
-    """Wait until the bench is open, the serial looked up; then answer the key. for_list: or the units are there."""
+    """Wait until the bench is open and the serial looked up; then answer the key. for_list: until the units are
+    there."""
 
     key: str
     for_list: bool = False
@@ -57,7 +58,8 @@ class AskReason:
 
 @dataclass(frozen=True)
 class Open:
-    """Open a unit. If its serial looks like a known one, `confirmed` follows. queue: what is done at it and others."""
+    """Open a unit. If its serial looks like a known one it is asked for once more; `confirmed` follows. queue: what is
+    done at it and then at others, None without."""
 
     begun: Begun
     queue: "Queue | None" = None

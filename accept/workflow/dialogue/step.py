@@ -313,7 +313,8 @@ def _done(d: StepDialogue, done: Toast) -> Turn:
 
 
 def stored(d: StepDialogue, entry: StoreEntry, done: Toast, origin: str = "") -> Turn:
-    """Show a stored entry; judge the step as soon as nothing is missing. done: in words; origin: path of a record."""
+    """Show an entry that is in the store; judge the step as soon as nothing is missing. done: what was saved, and when;
+    origin: path of a record."""
     d = _ended(d, entry)
     taken = PurePath(origin).name
     if entry.is_file:  # it is proposed no more, and the record it replaces may be proposed again

@@ -1,5 +1,5 @@
 """The dialogue at the summary of a unit: judged, signed, countersigned. What each key and each event changes, asks for
-and says."""
+and says. Passphrases are in effects only, for one turn, and no representation has them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -17,7 +17,8 @@ Do = Enum("Do", "LOOK")  # list the units anew; `listed` follows
 
 @dataclass(frozen=True)
 class Add:
-    """Begin a unit of the tray; `added` follows, or `add_confirmed` if its serial looks like a known one."""
+    """Begin a unit of the tray; `added` follows, or `add_confirmed` if its serial looks like a known one and is asked
+    for once more."""
 
     begun: Begun
 

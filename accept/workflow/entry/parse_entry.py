@@ -89,7 +89,8 @@ def doubt(
 
 
 def parse_number(text: str, unit: str) -> Measured:
-    """Return a number in `unit`; another unit of the same kind is converted. Raises EntryError."""
+    """Return a number in `unit`; another unit of the same kind is converted, and a number without a unit is in `unit`.
+    Raises EntryError."""
     if not text.strip():
         raise EntryError(f"enter a number in {unit}")
     found = _ENTRY.fullmatch(text) if len(text) <= _MAX_LENGTH and text.isprintable() else None
@@ -118,7 +119,8 @@ def _is_number(word: str) -> bool:
 
 
 def are_several(text: str, size: int) -> bool:
-    """Return whether text is as many entries as a vector has, or several numbers, separated by blanks or semicolons."""
+    """Return whether text is as many entries as a vector has places, or more than one number, separated by spaces or
+    semicolons; a number with its unit is one."""
     words = text.replace(";", " ").split()
     return len(words) == size or (len(words) > 1 and all(re.fullmatch(_NUMBER, word) for word in words))
 

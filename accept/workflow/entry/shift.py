@@ -36,7 +36,8 @@ class SigningShift:
             self._kept = _Kept(operator, passphrase, self._touched)
 
     def passphrase(self, operator: str) -> str | None:
-        """Return the passphrase kept for an operator, None if it must be typed: first, after shift or pause."""
+        """Return the passphrase kept for an operator, None if it must be typed: at first, after the shift, after a
+        pause, for another person."""
         now, kept = self._clock(), self._kept
         if kept is None:
             return None

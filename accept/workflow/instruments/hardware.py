@@ -146,7 +146,8 @@ class BenchInstruments(Instruments):
 
 
 def open_bench_recorder(name: str, entry: RecorderEntry) -> Recorder:
-    """Return the recorder of an entry, real or simulated. Raises SettingsError, also for a foreign check."""
+    """Return the recorder of an entry, real or simulated. Raises SettingsError, also for a check that no recorder
+    takes."""
     if unknown := [check for check in entry.measures if check not in RECORDED]:
         raise SettingsError(f"{name}: no recorder measures {', '.join(unknown)} (known: {', '.join(RECORDED)})")
     if entry.driver == SIMULATED:
@@ -178,7 +179,8 @@ def _evidence(
 
 
 def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffic]:
-    """Return the last entries, and a note on how many went before: a live value can be shown for hours."""
+    """Return the last entries, and a note on how many went before: a live value can be shown for hours, and a record
+    that is followed has thousands of entries."""
     if len(traffic) <= most:
         return list(traffic)
     gone = len(traffic) - most

@@ -43,7 +43,8 @@ class InstrumentPort(Protocol):
 
 
 class Instruments:
-    """The instruments at hand; none here: everything is typed. staged: a simulated bench's operator, else None."""
+    """The instruments at hand; there are none here: everything is typed. staged: the operator of a simulated bench,
+    None at a real one, where a person acts."""
 
     staged: Any = None
 

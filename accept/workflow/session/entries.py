@@ -135,7 +135,8 @@ class Entries(Subject):
         return self._unit.append(StepNoted(step, words, nonconformance, tuple(kept), internal and not nonconformance))
 
     def remeasure(self, step: str, reason: str) -> Event:
-        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a plain reason."""
+        """Begin a step anew; its earlier entries stay in the store. Raises EntryError without a reason, and if it is a
+        passphrase."""
         self._unit.refuse([reason])
         return self._unit.append(StepRemeasured(step, plain_words(reason, "the reason")))
 

@@ -159,6 +159,7 @@ def earlier_values(units: Sequence[Mapping[str, float]]) -> dict[str, Sequence[f
 
 
 def _is_reserved(finding: Finding) -> bool:
-    """Return whether the judgement of the whole unit may have changed a finding; nonconformances are shown apart."""
+    """Return whether the judgement of the whole unit may have changed a finding; a nonconformance, which holds every
+    step, is shown by itself."""
     held = finding.cause is not None and finding.cause.cause is Cause.NONCONFORMANCE
     return finding.verdict is Verdict.NO_RESULT or (finding.verdict is Verdict.CONDITIONAL and not held)

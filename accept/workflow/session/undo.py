@@ -25,7 +25,8 @@ class Undo(Subject):
             return self._unit.append(EntryUndone(last.seq))
 
     def unit(self) -> Event:
-        """Take back that this unit was begun. Raises EntryError if anything was done at it, StoreError."""
+        """Take back that this unit was begun, as if its serial had not been entered. Raises EntryError if anything was
+        done at it, StoreError."""
         with self._unit.mutex:
             done = {e.what for e in self._unit.events if e.seq > self._unit.begun} - {RunOpened.KIND}
             if done or self._unit.attempt.number > 1:

@@ -37,7 +37,8 @@ def _locked(folder: Path) -> FileLock:
 
 
 class OpenUnit:
-    """Holds the lock of its unit until `close`. refuse: raises EntryError for the bench's passphrases."""
+    """Holds the lock of its unit until `close`. refuse: raises EntryError if a text that is about to be stored is a
+    passphrase of this bench."""
 
     def __init__(
         self,
@@ -116,7 +117,8 @@ class OpenUnit:
         return self.append(RunOpened(self.attempt.number))
 
     def append(self, payload: Payload, after: int | None = None) -> Event:
-        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError."""
+        """Store an event about this unit. after: number of the last one that it follows from. Raises StoreError, and
+        then nothing is stored."""
         with self.mutex:
             event = self.store.write(payload, self.serial, who=self.operator, spec=self.spec_name, after=after)
             self.refresh()

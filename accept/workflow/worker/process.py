@@ -25,7 +25,8 @@ class Broken(RuntimeError):
 
 
 class Work(Generic[T]):
-    """`work(say, *given)`, to be run elsewhere. All that goes in and out is pickled; `work`: of a module.
+    """`work(say, *given)`, to be run elsewhere. What goes in and comes back must be picklable, `work` a function of a
+    module.
 
     expected : errors of `work` that a bench can have; `WorkerProcess.run` then raises NotDone with their words.
     """
@@ -49,7 +50,8 @@ class WorkerProcess:
             self._started()
 
     def run(self, work: Work[T], say: Say = lambda _: None) -> T:
-        """Wait for the turn and the answer; say takes progress, in this thread. Raises NotDone, Broken, OSError."""
+        """Wait for the turn and for the answer; say is called, from the thread that waits, with the computation's
+        progress. Raises NotDone, Broken, OSError."""
         with self._turn:
             process, kind = self._begun(work), LOST
             try:

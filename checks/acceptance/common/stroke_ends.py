@@ -87,8 +87,8 @@ def running_mean(x: Array, n: int) -> Array:
 
 
 def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
-    """Return the largest d while V is in the zone at its top. Of intervals that only noise separates, the mean is
-    used."""
+    """Return the largest d while V is in the zone at its top. If only noise separates the highest intervals, their mean
+    is used, because the largest would be too high."""
     tops = stays(zone)
     if not tops:
         raise NoResult(Cause.FEW_SAMPLES, samples=0, where="at the top of the voltage range", needed=MIN_SAMPLES)
@@ -101,7 +101,8 @@ def highest(V: Array, d: Array, zone: NDArray[np.bool_], reach: float) -> Scalar
 
 def level(v: Array, d: Array, at: int, zone: NDArray[np.bool_], reach: float) -> ScalarEstimate:
     """Return d at the end of the range near sample `at`. v is the voltage from that end. Each branch in the unbroken
-    stretch of `zone` is a parabola in v, and both meet at v = 0. Not in time: the drive may turn or hold."""
+    stretch of `zone` is a parabola in v, and both meet at v = 0. In v, not in time, so that the drive may turn, break
+    or hold."""
     out = np.flatnonzero(~zone)
     lo = int(out[out < at].max(initial=-1)) + 1
     hi = int(out[out > at].min(initial=zone.size))

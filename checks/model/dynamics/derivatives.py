@@ -74,7 +74,8 @@ def change_of_fastened(above: FastenedParts, below: FastenedParts, h: float, siz
 def _change(
     above: System | FastenedParts, below: System | FastenedParts, force: Array, h: float, beside: tuple[int, int]
 ) -> Change:
-    """Return the change of a system from that of its matrices; beside: numbers of coordinates before and behind."""
+    """Return the change of a system from that of its matrices; beside: numbers of the reached coordinates before and
+    behind those that both read."""
     M, C, K = (_block(_slope(getattr(above, key), getattr(below, key), h), beside[0]) for key in "MCK")
     outputs = _slope(above.outputs, below.outputs, h)
     return Change(M, C, K, between_zeros(force, *beside), between_zeros(outputs, *beside))

@@ -128,8 +128,9 @@ def _at_rest(system: System) -> Array:
 
 
 def receptances_between(system: System, rows: Array, w: Array, damping: str) -> Complex:
-    """Return the receptances (r, r, F) between directions, rows (r, n) in the system's coordinates, at w (F,) [rad/s].
-    damping: "modal", or "full" for dampers of any form. Of any system, by its modes."""
+    """Return the receptances (r, r, F) between directions, rows (r, n) in the system's coordinates, at w (F,) [rad/s]:
+    the motion along one under a unit force along another. damping: "modal", or "full" for dampers of any form. Of any
+    system, by its modes."""
     if damping == "modal":
         w2, P = real_modes(system)
         motions = rows @ P

@@ -91,7 +91,8 @@ def fasten(
 
 def places_of(joints: tuple[Joint, Joint] | None, encoder: Encoder | None, offset: Array) -> dict[str, Array]:
     """Return the rows (6, 15) that read the motion of every named place, in terms of the fifteen motions; those of
-    joints, stacks and APA read the motion across them. Directions that the model lacks are zero."""
+    joints, stacks and APA read the motion across them. A place of which the model has only some directions has zeros
+    for the others."""
     payload, sensor, actuator = np.zeros((3, 6, MOTIONS))
     payload[Z], sensor[0], actuator[0] = PAYLOAD, SENSOR, ACTUATOR
     joint_bottom, joint_top = joints or (CLAMP, CLAMP)
@@ -144,5 +145,6 @@ def _motions(apa: ApaBody, hung: int) -> Array:
 
 
 def _to_axis(offset: Array, along: float) -> Array:
-    """Return the vector (3,) [m] from an APA's interface to the joints' axis, `along` above its nominal place."""
+    """Return the vector (3,) [m] from an APA's interface to the joints' axis at height `along` above its nominal
+    place."""
     return np.array([-offset[0], -offset[1], along - offset[2]])

@@ -152,7 +152,8 @@ class PlaceReceptances:
     receptances; driven (m, F): motions per newton of drive; seen (m, F, C): measured channels per volt of Va, per unit
     of the drive's force that acts along a motion.
 
-    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly."""
+    An element of dynamic stiffness z along v changes the channels by reach(v) z / (1 + z own(v)), exactly and at every
+    frequency alone."""
 
     places: Places
     between: Complex

@@ -65,7 +65,8 @@ def _symmetric(name: str, label: str, matrix: Array) -> None:
 
 
 def _definite(name: str, label: str, matrix: Array, floor: float) -> None:
-    """Raise ModelError if a matrix is not positive (semi-)definite, scaled to a unit diagonal: its units differ."""
+    """Raise ModelError if a matrix is not positive (semi-)definite, scaled to a unit diagonal: newtons per metre and
+    newton metres per radian must not be compared."""
     diagonal = np.diag(matrix)
     if diagonal.min() <= 0:
         i = int(np.argmin(diagonal))

@@ -46,7 +46,8 @@ def _plays(v: Array, half_widths: Array) -> Array:
 
 
 def loops_of(relative_width: float, amplitude: float) -> Rayleigh:
-    """Return a hysteresis whose settled loop at this amplitude opens by relative_width; the small gain is one.
+    """Return a hysteresis whose settled loop at this amplitude opens, at mid-drive, by relative_width of its peak to
+    peak; of small drives the gain is one.
 
     Plays of density c open by c A^2 / 2 and reach 2 A + c A^2 from peak to peak. Raises ModelError outside 0..0.4."""
     if not 0.0 <= relative_width <= 0.4:

@@ -16,7 +16,8 @@ from checks.model.time.partial_fractions import STILL, paths
 class StateSpace:
     """x' = A x + B u, y = C x + D u, each output delayed by delay_s (p,) [s], which is in no matrix.
 
-    A (n, n), B (n, 1), C (p, n), D (p, 1): real; per volt at the DAC. units: of the outputs and the input."""
+    A (n, n), B (n, 1), C (p, n), D (p, 1): real; per volt at the DAC. states, outputs, input: names; units: of the
+    outputs and the input."""
 
     A: Array
     B: Array

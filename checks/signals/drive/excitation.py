@@ -183,11 +183,13 @@ class Rig:
         crest_iterations: int = 0,
         lead_in: bool = True,
     ) -> Excitation:
-        """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of
-        periods, one more before them (lead_in). rms_V [V at the DAC]; amplitude over frequency by the shape.
+        """Return a random-phase multisine: a line at every multiple of the resolution in the band, this number of whole
+        periods, one more before them for the transient (lead_in). rms_V [V at the DAC]; amplitude over frequency by the
+        shape.
 
-        The period has round(fs / resolution) samples, all the same to the last bit: no leakage, and differences are
-        noise ([PS12] 4.3). Another seed is another realisation. Raises ExcitationError."""
+        The period has round(fs / resolution) samples, and every period is the same to the last bit: no leakage, and
+        differences between periods are noise ([PS12] 4.3). Another seed is another realisation. Raises
+        ExcitationError."""
         _positive(rms_V=rms_V, resolution_Hz=resolution_Hz, periods=periods)
         if not 0 <= crest_iterations <= MAX_CREST:
             raise ExcitationError(f"crest_iterations is {crest_iterations}, expected 0 to {MAX_CREST}")

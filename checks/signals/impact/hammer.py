@@ -71,7 +71,8 @@ class ImpactFrf:
         return coherence
 
     def estimate(self, estimator: str) -> tuple[Complex, Complex]:
-        """Return the response H (M,) by "h1", "h2" or "hv" [per N], and each impact's part in its error (K, M).
+        """Return the response H (M,) by "h1", "h2" or "hv" [response per N], and the contribution of each impact to its
+        error (K, M), zero in sum.
 
         Noise on the force biases H1 low, noise on the response H2 high; Hv is their geometric mean with the phase of
         the cross spectrum, biased by the difference of both ([ROCKLIN85])."""

@@ -41,7 +41,8 @@ class ImpactRules:
 
 @dataclass(frozen=True)
 class Impact:
-    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: or None."""
+    """Impact of the hammer: samples `start` (force leaves its noise), `peak`, `end` (back in it); `fault`: None if it
+    is good."""
 
     start: int
     peak: int

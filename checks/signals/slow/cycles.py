@@ -76,7 +76,8 @@ def _period(up: int, ups: NDArray[np.intp], downs: NDArray[np.intp]) -> int | No
 
 
 def _cycle(drive: Array, start: int, period: int | None) -> Cycle | None:
-    """Return the cycle if a sine describes it (four-parameter fit of [IEEE1057], Gauss-Newton)."""
+    """Return the cycle if a sine describes it, its frequency fitted too (four-parameter fit of [IEEE1057],
+    Gauss-Newton)."""
     if period is None or period < MIN_SAMPLES or start + 0.99 * period > drive.size:
         return None
     stop = min(start + period, drive.size)

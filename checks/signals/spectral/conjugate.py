@@ -1,4 +1,5 @@
-"""The sign of the phase: a stable system's poles lie in the left half plane, of the conjugate (e^-jwt) in the right."""
+"""The sign of the phase: the poles of a stable system lie in the left half plane, and in the right one if its response
+was stored as the complex conjugate (phase of e^-jwt)."""
 
 from dataclasses import dataclass
 

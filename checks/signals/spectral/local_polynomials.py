@@ -86,7 +86,8 @@ def _filled(bins: int) -> int:
 
 def _work_space(local: LocalRegression, channels: int, bins: int) -> tuple[Complex, ...]:
     """Return arrays for regressors, then for outputs: whole (order + 1 + C, 2 half + 1, B), off the transient (order +
-    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much."""
+    1 + C, m, B), products of that shape, a conjugate (m, B). They serve every batch: fresh pages cost as much as the
+    computation."""
     points, m = local.off_transient.shape
     number = len(local.regressors) + channels
     shapes = ((number, points, bins), (number, m, bins), (number, m, bins), (m, bins))
@@ -149,7 +150,8 @@ def _power(x: Complex) -> Array:
 
 
 def _quality(H: Complex, noise: Complex, Suu: Array) -> Array:
-    """Return the share (B, C) of outputs' power that H explains beside noise (C, C, B), by input power (B,)."""
+    """Return the share (B, C) of the outputs' power that H (B, C) explains beside noise (C, C, B), with the input's
+    power (B,)."""
     signal = (H.real**2 + H.imag**2) * Suu[:, None]
     total = signal + np.einsum("ccb->bc", noise).real
     return np.where(total > 0.0, signal / np.where(total > 0.0, total, 1.0), 0.0)

@@ -6,7 +6,8 @@ poles of the band by themselves, all else a polynomial. Nothing leaks, and the e
 ([PS12] 6.3 and 7.3; [MG12] for the local form).
 
 Only the poles are unknowns of the iteration: residues and polynomials are eliminated (variable projection: [GP73]; the
-Jacobian in the form of [KAUFMAN75]). The model is analytic: complex least squares suffices."""
+Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares
+suffices."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -88,7 +89,8 @@ class PoleWindow:
         return (f_Hz - float(self.f[0] + self.f[-1]) / 2) / self.half
 
     def frequency(self, q: complex) -> complex:
-        """Return the complex frequency f [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi."""
+        """Return the complex frequency f [Hz]: the root s = 2 pi j f. Im f is the decay over 2 pi, positive if it
+        decays."""
         return float(self.f[0] + self.f[-1]) / 2 + self.half * complex(q)
 
 
@@ -280,6 +282,7 @@ def _result(w: PoleWindow, q: Complex, order: int, state: _Elimination) -> PoleF
 
 
 def scatter(gain: Complex, residual: Complex) -> Array:
-    """Return E|dq|^2 (K,) of estimates: gain (K, C, B) times errors, sized and correlated as the residual (C, B)."""
+    """Return E|dq|^2 (K,) of estimates that are gain (K, C, B) times the errors. Size and correlation of the errors
+    between channels come from the residual (C, B)."""
     alike = residual @ residual.conj().T / residual.shape[1]
     return np.asarray(np.einsum("kcb,cd,kdb->k", gain, alike, gain.conj()).real)

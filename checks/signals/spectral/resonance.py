@@ -113,7 +113,8 @@ def find_beside(
 
 
 def candidate(w: PoleWindow, f_lo: float, f_hi: float, known: Complex, order: int) -> tuple[complex, int]:
-    """Return the frequency [Hz], complex, of the pole that explains most beside `known` (scaled), and the tries.
+    """Return the complex frequency [Hz] of the further pole that explains most besides the `known` (scaled), and the
+    number of tried ones.
 
     A known pole may move: its derivative is among the columns."""
     w = w.thinned(CANDIDATE_BINS)
@@ -152,9 +153,11 @@ def _grid(w: PoleWindow, f_lo: float, f_hi: float) -> Complex:
 
 
 def evidence(fitted: PoleFit, without: Complex, tried: int) -> float:
-    """Return the probability p of a fit's last pole against the poles `without` (scaled) it, times candidates tried.
+    """Return the probability p of the last pole of a fit against the poles `without` (scaled) it, times the candidates
+    tried.
 
-    Both fits use the residual noise of the smaller fit, so that the further pole does not profit from its own."""
+    Both fits use the residual noise of the smaller fit, so that the further pole does not profit from noise that it
+    reduced itself."""
     order, w = fitted.order, _as_without(fitted, without)
     smaller, larger = (float(np.sum(np.abs(eliminate(w, basis(w, q, order))[-1]) ** 2)) for q in (without, fitted.q))
     C, B = len(w.channels), w.f.size

@@ -127,7 +127,8 @@ class Segments:
 
     @property
     def effective(self) -> float:
-        """Return the effective number of segments n = K / (1 + 2 sum rho_m^2 (K - m)/K) (Welch 1967, eq. 17).
+        """Return the effective number of segments n = K / (1 + 2 sum rho_m^2 (K - m)/K): overlapping segments share
+        information (Welch 1967, eq. 17).
 
         rho_m : correlation of the window with itself m hops later; 1/6 for Hann at half overlap."""
         K, w = self.count, self._window

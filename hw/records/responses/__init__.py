@@ -4,7 +4,8 @@ the JSON of `accept frf`.
     found = read_response_file(Path("analyser.uff"))
     found.f, found.H, found.channels, found.input, found.units, found.said
 
-What a file states is used, or the file is refused; the rest - noise, coherence, units - is NaN or empty."""
+What a file states is used or the file is refused; what it does not state - noise, coherence, units - is NaN or empty
+and never filled in."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -185,7 +185,8 @@ def _kind(fields: Sequence[str]) -> str:
 
 
 def _only_first(file: str, shown: Sequence[Line], stated: str) -> Layout:
-    """Return the layout by the first line if no row fits. Raises RecordError if it has no names."""
+    """Return the layout with the first line as header, of a table in which no row fits. Raises RecordError if that line
+    has no names."""
     at, line = shown[0]
     apart = stated or _separators(line)[0]
     names = _names(line, apart)
@@ -310,7 +311,8 @@ def _step(key: str, value: str) -> float | None:
 
 
 def _clocked(file: str, found: Layout, words: str, step: float, shown: Sequence[Line]) -> Layout:
-    """Return the layout with a stated sampling time. Raises RecordError if its column of times has another step."""
+    """Return the layout with a stated sampling time if it has no column of times. Raises RecordError if such a column
+    has another step."""
     names = [parse_column(head)[0].lower() for head in found.heads]
     at = next((i for i, name in enumerate(names) if name in TIMES), None)
     if at is None:
