@@ -22,8 +22,8 @@ def _relations() -> str:
     rows = "\n".join(
         f"- {r.title} (`{r.one}`, `{r.other}`): {r.lo:g} to {r.hi:g}. Why so wide: {r.why}." for r in RELATIONS
     )
-    about, method = (inspect.getdoc(inspect.getmodule(one)) for one in (type(RELATIONS[0]), check_consistency))
-    return f"## Measurements that must agree\n\n{about}\n\n{method}\n\n{rows}\n"
+    about = inspect.getdoc(inspect.getmodule(check_consistency))
+    return f"## Measurements that must agree\n\n{about}\n\n{rows}\n"
 
 
 def _check(check: Check) -> str:
