@@ -440,7 +440,9 @@ def no_next_unit(d: StepDialogue, asked: do.NextUnit, why: str) -> Turn:
     """Say why no other unit was opened."""
     if not asked.ends:
         return _say(d, why, "bad")
-    return _say(d, f"{why}. Enter: next step of this unit", "good", Do.END_QUEUE)
+    d = replace(d, facts=replace(d.facts, queue=None))
+    further = "summary" if d.ends_in_summary else "next step"
+    return _say(d, f"{why}. Enter: {further} of this unit", "good", Do.END_QUEUE)
 
 
 def changed(d: StepDialogue, done: Toast) -> Turn:
