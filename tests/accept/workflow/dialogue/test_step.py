@@ -302,7 +302,7 @@ class TestWords:
         with at_step("frf", "strut", tmp_path, serial="ST-01") as at:
             for key, said in (
                 ("ctrl+k", "No value is asked about"),
-                ("f3", "No instrument"),
+                ("f3", "No instrument for this field; F2: choose the file"),  # red before: type the value
                 ("f8", "Nothing to repeat"),
             ):
                 at.press(key)
