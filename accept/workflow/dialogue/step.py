@@ -293,8 +293,7 @@ def _read(d: StepDialogue, n: int, repeat: bool) -> Turn:
         words = f"Enter: take {proposed}. F3 again: measure at the rig, some minutes; Esc stops it"
         return _say(replace(d, again=n), words, "doubt")
     if place.is_file or place.key not in d.facts.offers:
-        other = d.what_now if place.is_file else "type the value"
-        return _say(d, f"No instrument for this field; {other}", "bad")
+        return _say(d, f"No instrument for this field; {d.what_now if place.is_file else 'type the value'}", "bad")
     return _save(replace(d, reads=True), n, StoreEntry(place.key, place.declared, repeat=repeat)).then(_go_on, n)
 
 

@@ -41,7 +41,6 @@ class Week:
     minutes: tuple[float, ...] = ()
     drift: Drift | None = None
     whole: bool = True
-
     undecided: int = 0  # judged, and neither accepted, rejected nor held
 
     @property

@@ -87,8 +87,7 @@ class KnownUnit:
 
     @property
     def waits_for_qa(self) -> bool:
-        """Return whether quality assurance has to decide about it: a nonconformance holds it, or it was signed and is
-        not accepted."""
+        """Return whether quality assurance decides next: it is held, or signed and not accepted."""
         return self.signed <= 1 and (self.held or (bool(self.signed) and self.verdict != UnitVerdict.ACCEPTED))
 
 
