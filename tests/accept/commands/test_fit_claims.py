@@ -2,7 +2,6 @@
 
 import json
 import tomllib
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from accept.cli.main import app
 from accept.models.model_file import open_model
 from checks.fitting import Calibration, Dataset
 from checks.fitting import model_fit as fitting
-from checks.fitting.coordinates import Free
 from checks.model import Model
 from tests.shared.recorded_units import RecordedUnits
 
@@ -66,8 +64,8 @@ def test_a_search_that_goes_astray_is_not_written_as_a_fit(recorded_units: Recor
 
 
 def test_a_worse_end_is_given_up_for_the_start(monkeypatch: pytest.MonkeyPatch, recorded_units: RecordedUnits) -> None:
-    def astray(model: Model, data: Dataset, free: Sequence[Free], **_: object) -> Calibration:
-        good = real(model, data, free, starts=1)
+    def astray(model: Model, data: Dataset, **_: object) -> Calibration:
+        good = real(model, data, starts=1)
         values = good.fit.values + 3.0 * np.array([0.1 * p.sd for p in good.fit.free])
         H = good.model.frf(data.f, dict(zip(good.fit.names, values, strict=True)), data.channels)
         return replace(good, fit=replace(good.fit, values=values, residuals=(data.H - H,), prior_cost=1e9))
