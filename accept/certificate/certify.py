@@ -51,7 +51,7 @@ class Issuer:
         that it was signed, given the number of the event of its judgement.
 
         before, decided: as `provenance` takes them; past: events of the unit; contents: what the certificate states,
-        with its provenance; overwrites: an earlier one at its place that nobody signed.
+        with its provenance; overwrites: an unsigned file at its place is replaced.
         Raises as `provenance`, ContentError; what is returned raises as `sign_into`."""
         serial, taken = result.serial, numbers_of(past)
         self._head = self._head or self.store.signed_head()  # one for all certificates of a run

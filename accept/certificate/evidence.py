@@ -152,7 +152,7 @@ def _file_of(path: Path, sha256: str) -> bytes | None:
 
 
 def is_set_aside(path: Path) -> bool:
-    """Return whether a certificate lies where one is put that a later one replaces: in a package, or beside it."""
+    """Return whether a certificate was set aside by a later one: in the folder of a package, or by its name."""
     return path.parent.name == SUPERSEDED or f"_{SUPERSEDED}-" in path.stem
 
 
