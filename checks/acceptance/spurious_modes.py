@@ -257,9 +257,9 @@ SETTINGS = (
 PICTURE = """\
   side view           from above
       ┌───┐          ┌──────────┐
- hit ▶│top│◀ o       │  hit ● top
+ hit ▶│top│◀ o       │ hit ● top│
   ┌───┴───┴───┐      │          │
-  │    APA    │   ▶ hit left    │
+  │    APA    │     ▶│ hit left │
   └───┬───┬───┘      └──────────┘
    ═══╧═══╧═══       o vibrometer
    10 single hits, no double hits"""

@@ -293,7 +293,7 @@ def _read(d: StepDialogue, n: int, repeat: bool) -> Turn:
         words = f"Enter: take {proposed}. F3 again: measure at the rig, some minutes; Esc stops it"
         return _say(replace(d, again=n), words, "doubt")
     if place.is_file or place.key not in d.facts.offers:
-        return _say(d, "No instrument for this field; type the value", "bad")
+        return _say(d, f"No instrument for this field; {d.what_now if place.is_file else 'type the value'}", "bad")
     return _save(replace(d, reads=True), n, StoreEntry(place.key, place.declared, repeat=repeat)).then(_go_on, n)
 
 
@@ -440,7 +440,9 @@ def no_next_unit(d: StepDialogue, asked: do.NextUnit, why: str) -> Turn:
     """Say why no other unit was opened."""
     if not asked.ends:
         return _say(d, why, "bad")
-    return _say(d, f"{why}. Enter: next step of this unit", "good", Do.END_QUEUE)
+    d = replace(d, facts=replace(d.facts, queue=None))
+    further = "summary" if d.ends_in_summary else "next step"
+    return _say(d, f"{why}. Enter: {further} of this unit", "good", Do.END_QUEUE)
 
 
 def changed(d: StepDialogue, done: Toast) -> Turn:

@@ -21,7 +21,7 @@ class Undo(Subject):
             if step and last.data.get("step") != step:
                 raise EntryError("the last entry belongs to another step; undo it in the step list")
             if last.what == StepNoted.KIND and (note := StepNoted.of(last)).nonconformance:
-                raise EntryError(f"'{note.text}' holds this unit; only quality assurance releases it (F9, then F3)")
+                raise EntryError(f"'{note.text}' holds this unit; only quality assurance releases it (F9, then ^T)")
             return self._unit.append(EntryUndone(last.seq))
 
     def unit(self) -> Event:

@@ -41,6 +41,7 @@ class Week:
     minutes: tuple[float, ...] = ()
     drift: Drift | None = None
     whole: bool = True
+    undecided: int = 0  # judged, and neither accepted, rejected nor held
 
     @property
     def usual_minutes(self) -> float:
@@ -74,6 +75,7 @@ def week_of(units: Sequence[KnownUnit], now: datetime) -> Week:
         tuple(_minutes(unit) for unit in judged if unit.measured),
         drift(units),
         len(of_week) < LISTED,
+        sum(unit.verdict not in (UnitVerdict.ACCEPTED, UnitVerdict.REJECTED) and not unit.held for unit in judged),
     )
 
 

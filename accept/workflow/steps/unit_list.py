@@ -87,8 +87,8 @@ class KnownUnit:
 
     @property
     def waits_for_qa(self) -> bool:
-        """Return whether a nonconformance holds it about which quality assurance has not decided."""
-        return self.held and self.signed <= 1
+        """Return whether quality assurance decides next: it is held, or signed and not accepted."""
+        return self.signed <= 1 and (self.held or (bool(self.signed) and self.verdict != UnitVerdict.ACCEPTED))
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,12 @@
 """What the units of a week come to: counts, days and times from the store's own, and a drift that is none by chance."""
 
+import re
 from datetime import UTC, datetime, timedelta, timezone
 
 import numpy as np
 import pytest
 
+from accept.tui.widgets.bench.cards import week_text
 from accept.workflow.steps.overview import drift, week_of
 from accept.workflow.steps.unit_list import LISTED, KnownUnit
 from checks.verdict import Finding, Verdict
@@ -27,7 +29,8 @@ def unit(n: int, begun: datetime, verdict: str | None = None, minutes: float = 2
 def test_the_units_that_were_begun_since_monday_are_counted_by_what_became_of_them():
     monday = datetime(2026, 11, 23, 7, 0, tzinfo=UTC)
     units = [
-        unit(6, THURSDAY - timedelta(minutes=30)),
+        unit(7, THURSDAY - timedelta(minutes=20)),
+        unit(6, THURSDAY - timedelta(minutes=30), "incomplete", 5.0),
         unit(5, monday + timedelta(days=1), "conditional", 50.0, held=True),
         unit(4, monday + timedelta(days=1), "rejected", 30.0),
         unit(3, monday + timedelta(hours=1), "accepted", 10.0),
@@ -35,10 +38,12 @@ def test_the_units_that_were_begun_since_monday_are_counted_by_what_became_of_th
         unit(1, monday - timedelta(days=1), "accepted"),  # of the week before
     ]
     week = week_of(units, THURSDAY)
-    assert (week.begun, week.judged, week.accepted, week.rejected, week.held) == (5, 4, 2, 1, 1)
-    assert week.by_day == (2, 2, 0, 0, 0, 0, 0)
-    assert week.minutes == (20.0, 10.0, 30.0, 50.0)
-    assert week.usual_minutes == 25.0
+    assert (week.begun, week.judged, week.accepted, week.rejected, week.held) == (6, 5, 2, 1, 1)
+    assert week.by_day == (2, 2, 0, 1, 0, 0, 0)
+    assert week.minutes == (20.0, 10.0, 30.0, 50.0, 5.0)
+    assert week.usual_minutes == 20.0
+    counts = dict(re.findall(r"([a-z]+) +(\d+)\n", week_text(week).plain))
+    assert (counts["undecided"], counts["open"]) == ("1", "1")  # red before: 2 were open
     assert week.whole
     assert week_of([], THURSDAY).begun == 0
 

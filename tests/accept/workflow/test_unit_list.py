@@ -168,3 +168,17 @@ def test_what_a_nonconformance_holds_waits_for_quality_assurance(store: Store):
     session.close()
     unit(store, "APA-02")
     assert named(store)[HELD] == ["APA-01"]
+
+
+@pytest.mark.parametrize(("stroke", "waits"), [(365.5, []), (250.0, ["APA-01"])])
+def test_a_signed_unit_that_is_not_accepted_waits_for_quality_assurance(store: Store, stroke: float, waits: list[str]):
+    """Red before: what was set aside for quality assurance was in none of the lists."""
+    certify.trust.init(home(), "correct horse", "Ann")
+    unit(store, "APA-01", *(set(VALUES) - {"stroke"}), "flatness")
+    session = open_session(store, home(), SPEC, "Ann", "APA-01")
+    session.entries.take("stroke", session.step("stroke").check.inputs["stroke_um"], Measured(stroke))
+    judge_whole_unit(session)
+    assert HELD not in named(store)  # it waits for the technician's signature first
+    assert certify.Signing(session).sign("correct horse", reason="measured twice").valid
+    assert named(store).get(HELD, []) == waits
+    session.close()

@@ -61,8 +61,9 @@ def week_text(week: "Week") -> Text:
     if not week.begun:
         return Text("Nothing begun this week yet.\nScan a serial to begin.", "dim")
     text = share_bar(week.judged / week.begun, WIDTH).append("\n")
-    others = week.begun - week.accepted - week.rejected - week.held
-    counts = (("accepted", week.accepted, "green"), ("rejected", week.rejected, "bold red"))
+    others = week.begun - week.accepted - week.rejected - week.held - week.undecided
+    counts = [("accepted", week.accepted, "green"), ("rejected", week.rejected, "bold red")]
+    counts += [("undecided", week.undecided, "yellow")] * bool(week.undecided)
     for name, count, style in (*counts, ("held", week.held, "bold yellow"), ("open", others, "dim")):
         text.append(f"{name:<{WIDTH - 6}}").append(f"{count:>6}\n", style if count else "dim")
     if any(week.by_day):

@@ -302,7 +302,7 @@ class TestWords:
         with at_step("frf", "strut", tmp_path, serial="ST-01") as at:
             for key, said in (
                 ("ctrl+k", "No value is asked about"),
-                ("f3", "No instrument"),
+                ("f3", "No instrument for this field; F2: choose the file"),  # red before: type the value
                 ("f8", "Nothing to repeat"),
             ):
                 at.press(key)
@@ -332,6 +332,7 @@ class TestWords:
             at.answer(dialogue.no_next_unit, asked, "No other unit waits")
             assert at.asked[-1] is Do.END_QUEUE
             assert at.said == "No other unit waits. Enter: next step of this unit"
+            assert at.d.enter_label == "Next step"  # the foot had still `Next unit`
 
     def test_f10_opens_the_same_step_of_the_next_unit_and_the_queue_of_the_rig_goes_on(self):
         with at_step("stroke") as at:
