@@ -737,7 +737,7 @@ HEAVY: Mapping[str, Heavy] = {
         ["accept/batch", "accept/judging", "checks/acceptance"],
         [
             "test_recorded_units",
-            "test_a_countersigned_certificate_is_set_aside_not_replaced[report]",
+            "test_a_signed_certificate_is_set_aside_not_replaced[report]",
         ],
         "the units of the demo against what was published, judged and verified; recorded units by each check, in "
         "tests/checks/acceptance; a certificate that a batch sets aside",

@@ -18,7 +18,7 @@ from accept.certificate.trust.provenance import numbers_of, provenance, signed_b
 from accept.judging.reservations import decided
 from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
 from accept.store.decisions import DISPOSITION, Signer, content_of, sign_decision
-from accept.store.payloads import CertificateSigned, Decision, Payload
+from accept.store.payloads import Decision, Payload
 from specs.spec import Spec
 
 
@@ -51,7 +51,7 @@ class Issuer:
         that it was signed, given the number of the event of its judgement.
 
         before, decided: as `provenance` takes them; past: events of the unit; contents: what the certificate states,
-        with its provenance; overwrites: an earlier one of the unit at its place, unless quality assurance signed it.
+        with its provenance; overwrites: an unsigned file at its place is replaced.
         Raises as `provenance`, ContentError; what is returned raises as `sign_into`."""
         serial, taken = result.serial, numbers_of(past)
         self._head = self._head or self.store.signed_head()  # one for all certificates of a run
@@ -61,7 +61,7 @@ class Issuer:
         page = drawn(contents(stated), self.home)
 
         def issue(judged: int) -> None:
-            if not overwrites or self._keeps(path, serial):
+            if not overwrites or _is_signed(path):
                 _set_aside(path)
             if self.credential is None:
                 return write_atomic(path, page)
@@ -72,15 +72,6 @@ class Issuer:
             return None
 
         return issue
-
-    def _keeps(self, path: Path, serial: str) -> bool:
-        """Return whether a file is countersigned, or the certificate of another unit."""
-        there = path.read_bytes() if path.exists() else b""
-        if (signatures := there.count(b"/ByteRange")) != 1:
-            return signatures > 1
-        digest = hashlib.sha256(there).hexdigest()
-        told = self.store.events(what=CertificateSigned.KIND)
-        return any(event.subject != serial and event.data.get("sha256") == digest for event in told)
 
 
 def sign_into(
@@ -134,6 +125,10 @@ def sign_into(
     if after is not None:
         write_atomic(path, signed)
     return stored
+
+
+def _is_signed(path: Path) -> bool:
+    return path.exists() and b"/ByteRange" in path.read_bytes()
 
 
 def _set_aside(path: Path) -> None:

@@ -145,10 +145,15 @@ def _certificates(package: _Package, unit: UnitState, events: Sequence[Event]) -
 
 def _file_of(path: Path, sha256: str) -> bytes | None:
     """Return the certificate with this hash: at its place, or set aside beside it by a later one."""
-    for place in (path, *sorted(path.parent.glob(f"{escape(path.stem)}_superseded-*.pdf"))):
+    for place in (path, *sorted(path.parent.glob(f"{escape(path.stem)}_{SUPERSEDED}-*.pdf"))):
         if place.is_file() and hashlib.sha256(content := place.read_bytes()).hexdigest() == sha256:
             return content
     return None
+
+
+def is_set_aside(path: Path) -> bool:
+    """Return whether a certificate was set aside by a later one: in the folder of a package, or by its name."""
+    return path.parent.name == SUPERSEDED or f"_{SUPERSEDED}-" in path.stem
 
 
 def evidence_in(folder: Path) -> EvidenceFolder | None:

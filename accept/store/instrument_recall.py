@@ -27,23 +27,27 @@ class Touch:
     seq: int
 
 
-def touched(events: Iterable[Event], serial: str, since: datetime.date) -> list[Touch]:
-    """Return every touch of the instrument with this serial number on or after a day (UTC), in order."""
+def touched(events: Iterable[Event], serial: str, since: datetime.date, bench: str = "") -> list[Touch]:
+    """Return every touch of the instrument with this serial number on or after a day (UTC), in order. serial "": every
+    judgement of this bench, and those of before that name none."""
     first = since.isoformat()
     return [
         Touch(event.subject, event.time, how, event.seq)
         for event in events
         if event.time[:10] >= first
-        for how in _how(event, serial)
+        for how in _how(event, serial, bench)
     ]
 
 
-def _how(event: Event, serial: str) -> Iterator[str]:
+def _how(event: Event, serial: str, bench: str) -> Iterator[str]:
     match payload_of(event, SectionCaptured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
         case SectionCaptured(section, serial=of) if of == serial:
             yield f"measured {section}"
         case CaptureFailed(section, serial=of) if of == serial:
             yield f"tried {section}"
+        case UnitJudged(result=result, bench=at) if not serial:
+            if at in ("", bench):
+                yield f"judged: {result.verdict}"
         case UnitJudged(result=result):
             rows: list[dict[str, Any]] = (result.calibration or {}).get("instruments", [])
             checks = [row["check"] for row in rows if row.get("serial") == serial]

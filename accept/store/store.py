@@ -243,9 +243,10 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
-    def newest(self, what: str, count: int) -> list[Event]:
-        """Return the last events of this kind, the newest first. Raises as `events`."""
-        return self._read(_wanted(None, what).order_by(tables.events.c.seq.desc()).limit(count))
+    def newest(self, what: str, count: int, before: int | None = None) -> list[Event]:
+        """Return the last events of this kind, below a number if given, the newest first. Raises as `events`."""
+        wanted, seq = _wanted(None, what), tables.events.c.seq
+        return self._read((wanted if before is None else wanted.where(seq < before)).order_by(seq.desc()).limit(count))
 
     def last_of_each(self, what: str) -> Iterator[Event]:
         """Yield the last event of a kind about each subject, by subject, as of now. Raises as `events`."""

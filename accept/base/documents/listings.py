@@ -323,9 +323,9 @@ class TouchListed(Document):
 
 @dataclass(frozen=True)
 class Recall(Document):
-    """Units that an instrument touched."""
+    """Units that an instrument touched, or that a bench judged."""
 
-    instrument: str
+    instrument: Annotated[str, "empty: all that this bench judged"]
     since: str
     known: Annotated[bool, "whether it ever touched a unit"]
     units: tuple[str, ...]

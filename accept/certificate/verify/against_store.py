@@ -66,6 +66,7 @@ from specs.spec import parse
 
 _Signatures = Sequence[tuple[Signed, Event]]  # with the event that tells of each, or of one before it
 _Authorities = Sequence[x509.Certificate]
+_LOOKED_AT = 50  # judgements before, for a bench file: reading all of a store would take seconds for each certificate
 _ELSEWHERE = Step("it was made at another bench, whose store is not this one")
 
 
@@ -175,6 +176,7 @@ def _history(
         Step(words, complete=False) if wrong else Step(right, looked_up=LOOKED_UP if own_program else ()),
         *(Step("", remark=words) for words in _unsigned(events, own.seq)),
         *_put_away(store, contents, own),
+        *_uncalibrated(store, contents, own),
         *_later([e for e in events if e.what == UnitJudged.KIND and e.seq > own.seq]),
         *_made_up(store, contents, own),
         *_too_late(store, contents, own, by, roots),
@@ -199,6 +201,21 @@ def _put_away(store: Store, contents: CertificateContent, own: Event) -> Iterato
     mine = [e for e in told if e.data["bench"] == contents.stated.head_bench]
     if mine and contents.stated.laboratory is None:
         yield Step("", remark=f"its bench named a laboratory before, last on {mine[-1].time[:10]}")
+
+
+def _uncalibrated(store: Store, contents: CertificateContent, own: Event) -> Iterator[Step]:
+    """Yield that no calibration is stated where one of its bench's last judgements stated one for the same checks: who
+    leaves the bench file out would hide that an instrument has expired."""
+    days = {each.check: contents.record.measured.get(each.check, own.time[:10]) for each in contents.record.findings}
+    before = store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq) if contents.record.calibration is None else ()
+    for result in (UnitJudged.of(each).result for each in before if each.data.get("bench") == own.data.get("bench")):
+        given = result.calibration or {}
+        if rows := [row for row in given.get("instruments", ()) if row["check"] in days]:
+            ended = {f", expired on {row['due']}" for row in rows if (row["due"] or "9999") < days[row["check"]]}
+            names = listed(sorted({quoted(row["name"]) for row in rows}))
+            words = f"no calibration is stated, and its bench stated that of {names} on {given['on']}"
+            yield Step(words + "".join(sorted(ended)), not ended, remark="" if ended else words)
+            return
 
 
 def _decided(given: Sequence[NonconformanceDecided], stated: Collection[str] = ()) -> list[NonconformanceDecided]:

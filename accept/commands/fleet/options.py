@@ -60,6 +60,7 @@ class MatchOptions:
     kind: Annotated[str, Option(help="Product (accept product list).", callback=installed)] = "strut"
     by: Annotated[list[str] | None, Option(help="Quantities that should agree; repeat the option.")] = None
     units: Annotated[Path | None, Option("--units", help="Only these units: file with a serial on each line.")] = None
+    without: Annotated[Path | None, Option(help="Not these units, shipped ones say: file as of --units.")] = None
     lot: Annotated[str | None, Option(help="Only units of this lot.")] = None
     since: Annotated[str | None, Option(help="Only units measured from this day or month on, UTC.")] = None
     until: Annotated[str | None, Option(help="Only units measured until this day or month, UTC.")] = None

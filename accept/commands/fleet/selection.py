@@ -80,6 +80,8 @@ def match(wanted: MatchOptions, outputs: Outputs) -> Answer:
         raise ProductError(f"product '{kind}' does not say by which quantities sets are matched: name them with --by")
     with open_store() as store:
         frame = measurements(store, columns=matched_sets.COLUMNS)
+    if wanted.without:
+        frame = frame[~frame["serial"].isin(list(matched_sets.serials_in(wanted.without)))]
     days = day(wanted.since), day(wanted.until, last=True)
     these = matched_sets.serials_in(wanted.units) if wanted.units else None
     units = matched_sets.pool(frame, kind, by, matched_sets.Chosen(these, wanted.lot, days))

@@ -11,7 +11,7 @@ from accept.commands.answer import PLAIN, Answer, File, Remark, command, csv_of,
 from accept.commands.options import Csv, FirstDay, JsonAnswer, LastDay
 from accept.fleet import goldens, not_counted
 from accept.store import Store, StoreError, open_store, touched
-from accept.store.payloads import GoldenMet, payload_of
+from accept.store.payloads import GoldenMet, UnitJudged, payload_of
 
 COLUMNS = ["unit", "time", "what", "event"]
 TITLES = ("unit", "when (UTC)", "what", "event")
@@ -19,7 +19,9 @@ TITLES = ("unit", "when (UTC)", "what", "event")
 
 @command
 def run(
-    instrument: Annotated[str, Option(help="Serial number of the instrument.")],
+    instrument: Annotated[
+        str, Option(help="Serial number of the instrument; without: all that was judged at this bench.")
+    ] = "",
     since: FirstDay = None,
     since_good: Annotated[
         bool, Option("--since-good", help="From the day on which this bench's golden units last were as they should.")
@@ -28,13 +30,15 @@ def run(
     csv: Csv = None,
     json: JsonAnswer = None,
 ) -> Answer:
-    """List the units measured with an instrument. From the event store."""
+    """List the units measured with an instrument, or judged at this bench. From the event store."""
     if (since is None) != since_good:
         return refusal("recall: say from when on, either --since YYYY-MM-DD or --since-good")
     last_day = until.date() if until else datetime.date.max
     with open_store() as store:
         first_day = since.date() if since else _last_good_day(store)
-        ever, named = touched(store.events(), instrument, datetime.date.min), goldens(store)
+        events = store.events() if instrument else store.events(what=UnitJudged.KIND)
+        ever, named = touched(events, instrument, datetime.date.min, store.bench), goldens(store)
+    by = f"touched by instrument {instrument}" if instrument else "judged at this bench"
     days = f"since {first_day}" if until is None else f"from {first_day} to {last_day}"
     within = [touch for touch in ever if first_day.isoformat() <= touch.time[:10] <= last_day.isoformat()]
     touches = [touch for touch in within if touch.unit not in named]
@@ -45,12 +49,12 @@ def run(
     recalled = Recall(instrument, first_day.isoformat(), bool(ever), tuple(units), tuple(listed), end)
     rows = [(touch.unit, touch.time[:19], touch.how, str(touch.seq)) for touch in touches]
     head = Remark(not_counted(len(golden), golden)), File(json, recalled), File(csv, lambda: csv_of(rows, COLUMNS))
-    if not ever:
+    if instrument and not ever:
         words = f"no unit was ever touched by an instrument '{instrument}': is its serial number right?"
         return Answer(*head, Remark(words), exit=Exit.INCOMPLETE)
     if not touches:
-        return Answer(*head, Remark(f"no unit was touched by instrument {instrument} {days}"))
-    words = f"{len(units)} units touched by instrument {instrument} {days}: {', '.join(units)}"
+        return Answer(*head, Remark(f"no unit was {by} {days}"))
+    words = f"{len(units)} units {by} {days}: {', '.join(units)}"
     return Answer(*head, table(TITLES, rows, **PLAIN), Remark(words))
 
 

@@ -26,7 +26,7 @@ from accept.certificate import (
     trusted_lists,
     verify_certificate,
 )
-from accept.certificate.evidence import AUTHORITY, EVIDENCE, LIST, SUPERSEDED, differences, evidence_in, is_signed
+from accept.certificate.evidence import AUTHORITY, EVIDENCE, LIST, differences, evidence_in, is_set_aside, is_signed
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.revocation import beside
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
@@ -67,6 +67,7 @@ class VerifyOptions:
 def run(
     certificates: Annotated[list[Path], Argument(help="The certificate to check; several, or folders: a table.")],
     options: VerifyOptions,
+    as_table: Annotated[bool, Option("--table", help="A table of one certificate too.")] = False,
     json: JsonAnswer = None,
 ) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
@@ -76,13 +77,13 @@ def run(
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
         raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
     wanted_spec = load(options.spec).sha256 if options.spec else None
-    if len(certificates) > 1 or certificates[0].is_dir():
+    if as_table or len(certificates) > 1 or certificates[0].is_dir():
         package = evidence_in(certificates[0]) if len(certificates) == 1 else None
         verify = verifier(options if package is None else _trusting(options, certificates[0]))
         looked_at = verified(certificates, verify)
         found = [(path, report, _unmet_requirements(report, required, wanted_spec)) for path, _, report in looked_at]
         lines, exit = ([], Exit.ACCEPTED) if package is None else _state(certificates[0], package, options)
-        return _of_many(found, json, certificates[0] / SUPERSEDED if package else None, lines, exit)
+        return _of_many(found, json, lines, exit)
     with busy(f"{certificates[0].name}: judging again"):
         report = verifier(options)(read_certificate(certificates[0]))
     missing = _unmet_requirements(report, required, wanted_spec)
@@ -169,17 +170,16 @@ def _exit(report: Verification, missing: Sequence[str]) -> Exit:
 def _of_many(
     found: Sequence[tuple[Path, Verification, list[str]]],
     json: Path | None,
-    replaced: Path | None,
     lines: Sequence[str],
     exit: Exit,
 ) -> Answer:
     """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
-    reason, a count, and lines about their folder; the exit code is the worst, that of the folder included. replaced:
-    folder of those that a later one replaces, which every list says."""
+    reason, a count, and lines about their folder; the exit code is the worst, that of the folder included. One that was
+    set aside as replaced is not held against the folder if a list or the store says that it is."""
     exits, rows, reasons = list[Exit](), list[tuple[str, ...]](), list[str]()
     for path, report, missing in found:
         name, by = one_line(str(path)), ", ".join(f"{by.person} ({by.role})" for by in report.signatures)
-        is_old = path.parent == replaced and report.current is False  # as the list says, not the folder alone
+        is_old = is_set_aside(path) and report.current is False  # as the list says, not the name alone
         exits.append(Exit.ACCEPTED if is_old else _exit(report, missing))
         state = "replaced since" if is_old else _outcome(report)
         rows.append((name, report.serial, str(report.verdict or ""), state, by))

@@ -259,7 +259,7 @@ def test_a_wrong_passphrase_is_said(tmp_path: Path, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("command", ["report", "batch"])
-def test_a_countersigned_certificate_is_set_aside_not_replaced(
+def test_a_signed_certificate_is_set_aside_not_replaced(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ACCEPT_PASSPHRASE", "correct horse")
@@ -275,11 +275,12 @@ def test_a_countersigned_certificate_is_set_aside_not_replaced(
         assert pdf.read_bytes() != before
         if sensor != "5.06":  # the second has the technician's signature alone
             assert accept("countersign", pdf).exit_code == 0
-            kept.append(pdf.read_bytes())
         before = pdf.read_bytes()
-    assert pdf.read_bytes() == kept[1]
-    assert [p.name for p in pdf.parent.iterdir() if p != pdf] == ["T-01_superseded-1.pdf"]
-    assert pdf.with_name("T-01_superseded-1.pdf").read_bytes() == kept[0]
+        kept.append(before)
+    assert pdf.read_bytes() == kept[2]
+    aside = [pdf.with_name(f"T-01_superseded-{n}.pdf") for n in (1, 2)]
+    assert {*pdf.parent.iterdir()} == {pdf, *aside}
+    assert [path.read_bytes() for path in aside] == kept[:2]
 
 
 def test_report_verify_countersign_and_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

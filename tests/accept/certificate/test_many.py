@@ -68,6 +68,15 @@ def test_one_file_is_told_as_before(place: Path) -> None:
     assert json.loads((place / "one.json").read_text())["serial"] == "A"
 
 
+def test_one_file_is_a_row_of_a_table_if_asked(place: Path) -> None:
+    done = accept("verify", place / "A.pdf", "--table", "--json", place / "one.json")
+    assert done.exit_code == 0, done.output
+    assert "1 of 1 certificates are valid" in done.output
+    assert [each["serial"] for each in json.loads((place / "one.json").read_text())] == ["A"]
+    both = (accept("verify", place, *more).output for more in ((), ("--table",)))
+    assert len({*both}) == 1  # a folder is one anyway
+
+
 def test_a_file_that_is_gone_stops_no_other(place: Path) -> None:
     done = accept("verify", place / "A.pdf", place / "gone.pdf")
     assert done.exit_code == 3
@@ -211,6 +220,26 @@ def test_what_a_package_lacks_is_said_when_it_is_made(place: Path, tmp_path: Pat
     checked = accept("verify", tmp_path / "evidence")
     assert (checked.exit_code, "Z: this bench's store knows no judgement of it" in checked.output) == (4, True)
     assert accept("evidence", tmp_path / "evidence").exit_code == 6  # nothing is written over
+
+
+def test_an_attempt_that_quality_assurance_did_not_sign_is_evidence_too(place: Path, tmp_path: Path) -> None:
+    """Judged again before the countersignature, as a unit is that was held or repaired."""
+    unit = place.parent / "units" / "A" / "unit.toml"
+    unit.write_text(unit.read_text().replace("5.10", "5.11"))
+    for _ in range(2):
+        again = accept("report", unit.parent, "--out", place / "A.pdf", *SIGNED[1:], "--reason", "a digit")
+        assert again.exit_code == 0, again.output
+    assert {path.stem for path in place.glob("*.pdf")} == {"A", "A_superseded-1", "A_superseded-2", "B"}
+    assert accept("countersign", place / "A.pdf").exit_code == 0
+    done = accept("verify", place)
+    assert (done.exit_code, done.output.count("replaced since")) == (0, 2), done.output
+    assert accept("verify", place / "A_superseded-1.pdf").exit_code == 4  # alone it is no certificate of the unit now
+    done = accept("evidence", tmp_path / "evidence", "--units", "A")
+    assert done.exit_code == 0, done.output
+    done = accept("verify", tmp_path / "evidence")
+    assert (done.exit_code, done.output.count("replaced since")) == (0, 2), done.output
+    (place / "B.pdf").rename(place / "B_superseded-1.pdf")
+    assert accept("verify", place).output.count("replaced since") == 2  # the store decides, not the name
 
 
 def test_a_certificate_that_was_set_aside_is_found_whatever_its_name(place: Path, tmp_path: Path) -> None:

@@ -192,6 +192,10 @@ def test_a_set_is_chosen_among_the_units_that_are_asked_about(tmp_path):
     # 0101 is held, and 9999 is no unit
     assert "no accepted apa that is asked about by its last judgement: APA-0101, APA-9999" in said(done)
     assert set(pd.read_csv(tmp_path / "set.csv")["serial"]) <= {"APA-0001", "APA-0003", "APA-0005", "APA-0007"}
+    shipped = tmp_path / "shipped"
+    shipped.write_text("APA-0003\n")
+    assert accept(*by, "--units", these, "--without", shipped).exit_code == 0
+    assert set(pd.read_csv(tmp_path / "set.csv")["serial"]) == {"APA-0001", "APA-0005", "APA-0007"}
     assert accept(*by, "--lot", "L2").exit_code == 0  # weeks 4 to 6
     assert all(121 <= int(serial[4:]) <= 240 for serial in pd.read_csv(tmp_path / "set.csv")["serial"])
     assert accept(*by, "--since", "2026-09-28", "--until", "2026-10").exit_code == 0
@@ -239,6 +243,18 @@ def test_units_are_recalled_since_the_golden_unit_was_right(tmp_path, monkeypatc
     assert list(pd.read_csv(tmp_path / "r.csv")["unit"]) == ["APA-1", "APA-2"]
     accept(*recall, "--since", "2026-08-03", "--until", "2026-08-05")
     assert json.loads((tmp_path / "r").read_text())["units"] == ["APA-0", "APA-1"]
+    # what no instrument of the bench file measured was judged here as well, and what another bench judged was not
+    with open_store() as store:
+        for bench_of, serial in ((bench, "TYPED-1"), ("", "TYPED-2"), ("elsewhere", "TYPED-3")):
+            made = judgement(serial, {"stroke_um": 360.0}, day=days[2])
+            made.payload["bench"] = bench_of
+            add(store, [made], at=datetime.datetime.combine(days[2], datetime.time(17), datetime.UTC))
+    here = ("recall", "--json", tmp_path / "r")
+    assert accept(*here, "--since-good", "--csv", tmp_path / "r.csv").exit_code == 0
+    told = json.loads((tmp_path / "r").read_text())
+    assert (told["instrument"], told["units"]) == ("", ["APA-1", "APA-2", "TYPED-1", "TYPED-2"])
+    assert set(pd.read_csv(tmp_path / "r.csv")["what"]) == {"judged: accepted"}
+    assert "APA-0, APA-1" in said(accept(*here, "--since", "2026-08-03", "--until", "2026-08-05"))
     for wrong in ((), ("--since", "2026-08-03", "--since-good")):
         assert "either --since YYYY-MM-DD or --since-good" in said(accept(*recall, *wrong))
 

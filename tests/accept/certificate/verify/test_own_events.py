@@ -791,6 +791,24 @@ def test_a_laboratory_that_was_put_away(tmp_path: Path) -> None:
     assert "A-2 accepted; its bench named a laboratory before, last on " in verified(pdf).stdout
 
 
+@pytest.mark.parametrize("due", ["2025-01-01", "2099-01-01"])
+def test_a_bench_file_that_was_left_out(tmp_path: Path, due: str) -> None:
+    """Its expired instrument makes a finding conditional; without the option nothing is stated of it."""
+    (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", due))
+    first = verified(certified(tmp_path, "C-1", serial="C-1", stroke=366.5, sensor=4.9))
+    assert plainly(first), first.output
+    assert "calibration is stated" not in first.stdout  # none was before
+    bench = ("--bench", tmp_path / "bench.toml")
+    accept("report", unit(tmp_path / "A-1", "A-1"), "--spec", "apa-basic", "--out", tmp_path / "A-1.pdf", *bench)
+    assert "calibration is stated" not in verified(tmp_path / "A-1.pdf").stdout
+    done = verified(certified(tmp_path, "A-2", serial="A-2", stroke=361.1, sensor=4.92))
+    assert "A-2 accepted; no calibration is stated, and its bench stated " in done.stdout
+    if due < "2026":
+        doubted(done, ", expired on 2025-01-01")
+    else:
+        assert plainly(done)
+
+
 def test_a_number_of_a_certificate_is_no_format_of_a_program(tmp_path: Path) -> None:
     """It would take as much memory as it says."""
     for between in ("{year:>3999999999}", "{year.__class__}", "{attempt!r}", "{year:{attempt}}"):
