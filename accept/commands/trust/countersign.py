@@ -18,6 +18,7 @@ from accept.certificate import (
     read_certificate,
     sign_into,
 )
+from accept.certificate.evidence import is_set_aside
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation_record import store_is_there
@@ -88,8 +89,10 @@ def _many(
     wait = dict[Path, tuple[bytes, Verification]]()
     left, total = list[str](), 0
     for path, content, found in verified(certificates, verifier(VerifyOptions(records=records))):
-        total += 1
         say(f"  {one_line(str(path))}: {found.serial} {found.verdict or ''}: {found.reason}")
+        if is_set_aside(path) and found.current is False:
+            continue  # replaced since, as the store says
+        total += 1
         if not found.valid:
             left.append(f"{one_line(str(path))}: {found.reason}")
         elif found.countersigned:
