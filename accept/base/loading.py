@@ -30,7 +30,7 @@ def done() -> None:
 
 
 def keep_loaded() -> None:
-    """Leave out of garbage collection what is there now: what the first of many took to load stays to the end."""
+    """Exclude all present objects from garbage collection: what many runs share stays until the program ends."""
     gc.collect()
     gc.freeze()
 

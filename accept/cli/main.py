@@ -64,7 +64,7 @@ QUALITY: dict[str, Command | Group] = {
         approve=Command("trust.approve_spec:run", "Approve a spec with the key of quality assurance.", ("spec",)),
     ),
     "rejudge": Command("fleet.selection:rejudge", "Judge the whole store by another spec."),
-    "recall": Command("trust.recall:run", "List the units measured with an instrument, or here."),
+    "recall": Command("trust.recall:run", "List the units measured with an instrument or at this bench."),
     "compare": Command("units.compare:run", "Compare units and find which stand out."),
     "yield": Command("fleet.questions:first_pass", "Show the first-pass yield."),
     "trend": Command("fleet.trend:trend", "Show a quantity over time.", ("quantity",)),

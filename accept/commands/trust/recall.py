@@ -30,7 +30,7 @@ def run(
     csv: Csv = None,
     json: JsonAnswer = None,
 ) -> Answer:
-    """List the units measured with an instrument, or here. From the event store: what this bench judged."""
+    """List the units measured with an instrument or at this bench. From the event store."""
     if (since is None) != since_good:
         return refusal("recall: say from when on, either --since YYYY-MM-DD or --since-good")
     last_day = until.date() if until else datetime.date.max

@@ -107,11 +107,10 @@ def found_element(
         first.setdefault((p.part, p.against, p.direction), p)
     places = [*first.values()]
     kind = e.of_kind
-    values = _ratios(e, shown, model, fit) if kind == JOINT else shown
-    if kind == ROCKING:
-        values = _with_moving_mass(e, shown, model, fit)
+    if kind in (JOINT, ROCKING):
+        values = (_ratios if kind == JOINT else _with_moving_mass)(e, shown, model, fit)
     else:
-        values = {k: v for k, v in values.items() if k[1:] != "_mm"}
+        values = {k: v for k, v in shown.items() if k[1:] != "_mm"}
     every = (e, *(o.member for o in others))
     causes = tuple(dict.fromkeys(c for o in every for c in causes_of(o.of_kind, o.place)))
     words = element_sentence(kind, places, values, causes[0], library)
