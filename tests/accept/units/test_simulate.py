@@ -14,6 +14,7 @@ from accept.certificate import CertificateContent, InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.cli.main import app
 from accept.judging import judge_unit, load_spec
+from accept.judging.advice import first_advice
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
@@ -183,6 +184,24 @@ def test_a_good_apa_is_accepted_and_told_right(apa: Model, tmp_path: Path) -> No
     assert found["hysteresis_percent"].value == pytest.approx(100 * figures["loop"], abs=0.1)
 
 
+FIRST = {  # what is said first about each fault: the right action
+    "flatness": "clean both faces",
+    "capacitance": "leads are on the right stacks",
+    "dead_stack": "all three stacks",
+    "soft": "weigh the added mass",
+    "soft_bending": "check the clamping",
+    "hysteresis": "let the amplifier warm up",
+    "double_hit": "hit once, briefly",
+    "wrong_payload": "check the payload",
+    "polarity": "reverse the connection of sensor stack Vs",
+    "exchanged": "exchange the plugs of encoder de and interferometer da",
+    "offset": "check the acquisition settings",
+    "dead_encoder": "check plug and supply of encoder de",
+    "dead_sensor": "check plug and supply of sensor stack Vs",
+    "clipped": "set the range of sensor stack Vs higher",
+    "truncated": "copy, correct or export the file again",
+}
+
 # Beside the heavy lane one of each kind: of the part, of a stack, of the drive, of an experiment, of a channel, of a
 # file. A wrong payload is judged in test_bench_errors.py.
 QUICK = ("flatness", "dead_stack", "hysteresis", "double_hit", "exchanged", "truncated")
@@ -208,6 +227,7 @@ def test_every_fault_is_found_and_nothing_else(kind: str, apa: Model, strut: Mod
         sections = {CHECKS[f.check].reads for f in result.findings if (f.quantity, str(f.verdict)) in expected}
         alone = [f for f in result.findings if f.verdict != "pass" and not only_contradicted(f)]
         assert {CHECKS[f.check].reads for f in alone} == sections, name
+        assert str(first_advice(result.findings)).partition("; ")[0].count(FIRST[name]) == 1, name
 
 
 def only_contradicted(finding: Finding) -> bool:
