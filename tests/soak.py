@@ -169,8 +169,8 @@ HEAVY: Mapping[str, Heavy] = {
     "tests/accept/units/test_strut_plates.py": Heavy(
         ["accept/gap", "checks/gap", "accept/models"],
         ["test_an_effect_is_found_in_two_channels_and_hysteresis_in_da"],
-        "the gap of a sound one, in two channels, with what it cannot see; a delay and a hysteresis by name and value in "
-        "tests/checks/gap, the same words on page and terminal in tests/accept/gap",
+        "the gap of a sound one, in two channels, with what it cannot see; a delay and a hysteresis by name and value, "
+        "in tests/checks/gap, the same words on page and terminal in tests/accept/gap",
     ),
     "tests/accept/fleet/process_control/test_self_starting.py": Heavy(
         ["accept/fleet/process_control"],
