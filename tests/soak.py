@@ -357,14 +357,13 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_strut_of_a_chosen_kind_on_a_wrong_payload_by_few_keys",
             "test_a_spec_without_responses_can_be_practised_and_offers_no_remedy_for_them",
             "test_what_is_said_first_about_every_fault_is_the_right_action",
-            "test_nothing_is_to_be_done_about_a_unit_without_a_fault[strut]",
-            "test_nothing_is_to_be_done_about_a_unit_without_a_fault[strut-plates]",
+            "test_nothing_is_to_be_done_about_a_unit_without_a_fault",
             "test_a_strut_without_encoder_up_to_the_signature",
             "test_a_known_serial_that_comes_before_it_is_looked_up_opens_its_unit",
         ],
-        "a strut in training in a real terminal, in test_terminal_run.py; an APA without a fault, here; a fault of "
-        "each kind, what is said first and a strut without one, in tests/accept/units/test_simulate.py, one without "
-        "encoder in test_strut_plates.py",
+        "a strut in training in a real terminal, in test_terminal_run.py; what is said first of a fault of each kind, "
+        "and nothing about a sound unit, in tests/accept/units/test_simulate.py; a sound one without encoder in "
+        "test_strut_plates.py",
     ),
     "tests/accept/tui/terminal_programs/test_terminal_recorder.py": Heavy(
         ["accept/tui", "accept/capture", "hw/recorders"],

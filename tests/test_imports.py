@@ -110,12 +110,12 @@ def test_contracts_hold(copy: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-REACH = {  # lines of `accept` behind a screen as they are: `python -m tests.shared.reach`; a screen may hold 12,000
-    "step": 11_600,
-    "steps": 13_400,
-    "gap": 9_000,
-    "start": 8_800,
-    "summary": 8_700,
+REACH = {  # lines of `accept` behind a screen (`python -m tests.shared.reach`) and 3 %; a screen may hold 12,000
+    "step": 11_900,
+    "steps": 10_900,
+    "gap": 9_300,
+    "start": 9_100,
+    "summary": 9_000,
 }
 
 

@@ -19,7 +19,7 @@ from checks.model import loops_of, stroke_of
 from checks.record import motion_of
 from hw.errors import InstrumentRefused, SettingsError
 from hw.instruments import Identity, settings_of
-from hw.recorders import Heard, NamedInputs, Recorder
+from hw.recorders import Heard, Recorder
 from hw.simulated import StageFile
 from specs.bench import AMPLIFIER_GAIN, STACK_V, RecorderChannel, RecorderEntry
 from specs.strict import NotNegative, Strict, Words
@@ -67,7 +67,14 @@ class SimulatedConverter:
             return channel.range
         return RANGE_V if channel.physical in ("Va", "Vs") else END
 
-    def acquire(self, inputs: NamedInputs, rate_Hz: float, samples: int, output: Array | None, heard: Heard) -> Array:
+    def acquire(
+        self,
+        inputs: Sequence[tuple[str, RecorderChannel]],
+        rate_Hz: float,
+        samples: int,
+        output: Array | None,
+        heard: Heard,
+    ) -> Array:
         self._taken += 1
         names = [at.physical for _, at in inputs]
         if set(names) <= set(HAMMER):

@@ -15,7 +15,7 @@ from specs.bench import RecorderEntry
 
 if TYPE_CHECKING:
     from hw.instruments.driver import settings_of
-    from hw.recorders.recorder import Converter, Heard, NamedInputs, Recorder, RecorderDriver
+    from hw.recorders.recorder import Converter, Heard, Recorder, RecorderDriver
 else:
     __getattr__ = door(__name__)
 
