@@ -101,6 +101,8 @@ class Store:
             looks = before or rows_look(connection, seal.head.seq)
             if head is None or looks != seal.looks or self._tail_problem(connection, seal.head, head) is not None:
                 return False
+            if self._file is None and tables.foreign_columns(connection):  # the seal of a file is of its tables too
+                return False
             self._made = seal.made
             self._hold(connection, head, before)
             return True

@@ -87,6 +87,50 @@ def test_tampering_is_named(url: str, statement: str, seq: int) -> None:
         assert problem.seq == seq
 
 
+SHOWN = "current_query() NOT LIKE '%subject = %' OR seq <> 2"  # every question but the one for the events of a unit
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        [
+            "ALTER TABLE events RENAME TO kept",
+            "CREATE VIEW events AS SELECT seq, time, who, what, subject, spec, code, payload, prev, hash, xmin FROM kept "
+            f"WHERE {SHOWN}",
+        ],
+        [
+            "ALTER TABLE events ENABLE ROW LEVEL SECURITY",
+            "ALTER TABLE events FORCE ROW LEVEL SECURITY",
+            f"CREATE POLICY shown ON events USING ({SHOWN})",
+        ],
+        [
+            "CREATE FUNCTION other(text, varchar) RETURNS boolean LANGUAGE sql AS "
+            "$$ SELECT $1 OPERATOR(pg_catalog.=) $2::text AND $2::text <> 'U1' $$",
+            "CREATE OPERATOR = (LEFTARG = text, RIGHTARG = varchar, FUNCTION = other)",
+            "CREATE FUNCTION same(name, varchar) RETURNS boolean LANGUAGE sql AS 'SELECT $1::text = $2::text'",
+            "CREATE OPERATOR = (LEFTARG = name, RIGHTARG = varchar, FUNCTION = same)",
+        ],
+        ["CREATE RULE kept AS ON INSERT TO parts DO INSTEAD NOTHING"],
+        ["CREATE TABLE other () INHERITS (samples)"],
+    ],
+    ids=["view", "policy", "operator", "rule", "child"],
+)
+def test_a_database_that_answers_one_question_otherwise_is_not_used(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statements: list[str]
+) -> None:
+    """Also behind a seal: the rows that it looks at are as they were."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
+    with open_store(url) as store:
+        store.append_many([NewEvent("a", f"U{i}", {"i": i}) for i in range(3)], who="Ada")
+    open_store(url).close()
+    execute(url, *statements)
+    try:
+        with pytest.raises(StoreError, match="not those of this store"):
+            open_store(url)
+    finally:
+        execute(url, "DROP SCHEMA public CASCADE", "CREATE SCHEMA public")
+
+
 def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
     with open_store(url, check=False) as store:
         store.append_many([NewEvent("a")] * 3, who="Ada")
