@@ -115,14 +115,15 @@ def present(connection: Connection) -> set[str]:
     return found | {name for name in LATER if has_index(connection, name)}
 
 
-# What PostgreSQL answers by: plain tables without policies, rules, children and other triggers, and columns of the types
-# above; an operator of somebody else for built-in types would compare otherwise.
+# What PostgreSQL answers by: plain tables without policies, rules, children and other triggers, columns of the types
+# above, and no operator of somebody else for built-in types, which would compare otherwise.
 _SERVER_COLUMNS = """
 SELECT r.name || '.' || a.attname AS found FROM unnest(CAST(:names AS text[])) AS r (name)
 JOIN pg_catalog.pg_class c ON c.oid = to_regclass(r.name) JOIN pg_catalog.pg_attribute a ON a.attrelid = c.oid
 WHERE c.relkind = 'r' AND NOT (c.relrowsecurity OR c.relhasrules OR c.relhassubclass OR c.relispartition)
 AND NOT EXISTS (SELECT FROM pg_catalog.pg_trigger t WHERE t.tgrelid = c.oid AND t.tgname <> 'events_append_only')
-AND a.attnum > 0 AND NOT a.attisdropped AND a.attgenerated = '' AND a.atttypid IN (20, 23, 25) AND a.attcollation IN (0, 100)
+AND a.attnum > 0 AND NOT a.attisdropped AND a.attgenerated = ''
+AND a.atttypid IN (20, 23, 25) AND a.attcollation IN (0, 100)
 UNION ALL SELECT 'operator ' || o.oprname FROM pg_catalog.pg_operator o
 JOIN pg_catalog.pg_type l ON l.oid = o.oprleft JOIN pg_catalog.pg_type r ON r.oid = o.oprright
 WHERE 11 NOT IN (o.oprnamespace) AND 11 IN (l.typnamespace) AND 11 IN (r.typnamespace)

@@ -10,12 +10,10 @@ from typing import Any
 import requests
 from pyhanko_certvalidator.fetchers.api import Fetchers, FetchLimits
 from pyhanko_certvalidator.fetchers.common_utils import FetchBudget
-from pyhanko_certvalidator.fetchers.requests_fetchers import (
-    RequestsCertificateFetcher,
-    RequestsCRLFetcher,
-    RequestsFetcherBackend,
-    RequestsOCSPFetcher,
-)
+from pyhanko_certvalidator.fetchers.requests_fetchers import RequestsFetcherBackend
+from pyhanko_certvalidator.fetchers.requests_fetchers.cert_fetch_client import RequestsCertificateFetcher
+from pyhanko_certvalidator.fetchers.requests_fetchers.crl_client import RequestsCRLFetcher
+from pyhanko_certvalidator.fetchers.requests_fetchers.ocsp_client import RequestsOCSPFetcher
 
 ANSWER_S = 10.0  # for each of the servers that the authority's certificates name
 LARGEST = 5_000_000  # bytes of such an answer: the lists of large authorities have some 1e6
@@ -50,7 +48,7 @@ def _fetch(
                 content += piece
                 if len(content) > largest:
                     raise ServerError(f"its answer has more than {largest} bytes")
-            answer._content = content
+            answer._content = content  # noqa: SLF001 - as `content` keeps what it read
         found.append(answer)
     except Exception as e:  # noqa: BLE001 - raised by who waits for it
         found.append(e)
@@ -91,4 +89,5 @@ class BoundedBackend(RequestsFetcherBackend):
     def get_fetchers(self) -> Fetchers:
         """Return the fetchers of one validation."""
         budget = FetchBudget(FetchLimits(max_requests=MOST))
-        return Fetchers(_Answers(budget=budget), _Lists(budget=budget), _Certificates(budget=budget))
+        lists = _Lists(budget=budget)  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
+        return Fetchers(_Answers(budget=budget), lists, _Certificates(budget=budget))

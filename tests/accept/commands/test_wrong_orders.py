@@ -63,7 +63,7 @@ def test_no_table_replaces_a_recording_that_belongs_to_no_unit(tmp_path: Path) -
         place.write_bytes(header + b"\n0,1,2\n")
         assert "is not an earlier .csv output" in refused("excite", "sweep", "--out", place)
         for table in (b"serial,kind\nA-1,apa\n", b"f,de_real\n1,2\n"):
-            with pytest.raises(ReplaceError, match="not an earlier .csv output"):
+            with pytest.raises(ReplaceError, match=r"not an earlier \.csv output"):
                 check_table(place, table)
         assert place.read_bytes().startswith(header)
     place.unlink()

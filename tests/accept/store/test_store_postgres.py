@@ -95,8 +95,8 @@ SHOWN = "current_query() NOT LIKE '%subject = %' OR seq <> 2"  # every question 
     [
         [
             "ALTER TABLE events RENAME TO kept",
-            "CREATE VIEW events AS SELECT seq, time, who, what, subject, spec, code, payload, prev, hash, xmin FROM kept "
-            f"WHERE {SHOWN}",
+            "CREATE VIEW events AS SELECT seq, time, who, what, subject, spec, code, payload, prev, hash, xmin "
+            f"FROM kept WHERE {SHOWN}",
         ],
         [
             "ALTER TABLE events ENABLE ROW LEVEL SECURITY",

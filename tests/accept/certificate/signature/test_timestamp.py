@@ -276,7 +276,7 @@ def test_an_answer_that_would_not_verify_signs_nothing(
 
 @pytest.mark.parametrize("how", ["list without end", "list a byte at a time"])
 def test_a_list_without_end_is_no_list(bench: Bench, how: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever runs the server that a certificate of the authority names, would hold the bench up, or fill its memory."""
+    """Whoever runs a server that the authority's certificate names would hold the bench up, or fill its memory."""
     monkeypatch.setattr(servers, "ANSWER_S", 1.0)  # its 200 bytes take 10 s
     largest = list[int]()
     read = servers.requests.Response.iter_content
