@@ -139,6 +139,33 @@ def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
             store.append("a", "", {}, who="Ada")
 
 
+def test_a_bench_knows_the_events_that_it_wrote_itself(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that were cut off before it looked at the store again, in the same program and in the next one; another
+    bench has not seen them."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "one"))
+    cut = (
+        "DROP TRIGGER events_append_only ON events",
+        "DELETE FROM events WHERE seq > 1",
+        "UPDATE head SET seq = 1, hash = (SELECT hash FROM events WHERE seq = 1)",
+    )
+    with open_store(url) as store:
+        store.append("a", "", {}, who="Ada")
+        store.append("unit_judged", "A-1", {}, who="Ada")
+        execute(url, *cut)
+        with pytest.raises(StoreError, match="altered or removed"):
+            store.append("b", "", {}, who="Ada")
+    with pytest.raises(StoreError, match=r"event 2 is missing: store-.*head holds the hash"):
+        open_store(url)
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "two"))
+    with open_store(url) as store:
+        store.append("unit_judged", "A-1", {"other": 1}, who="Ada")
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "one"))
+    with pytest.raises(StoreError, match=r"event 2 was altered|is not the one"):
+        open_store(url)
+
+
 def writers(url: str, home: Path, count: int, events: int) -> list[subprocess.Popen[str]]:
     """Programs that append, each a bench with a folder of its own."""
     env = os.environ | {"ACCEPT_STORE_URL": url}
@@ -208,6 +235,9 @@ def test_an_end_that_was_cut_off_is_found_by_the_seal_and_without_it_said_to_be_
         open_store(url)
     (seal,) = (tmp_path / "bench").glob("store-*.seal")
     seal.unlink()
+    with pytest.raises(StoreError, match=r"is missing: store-.*\.head holds"):  # what it wrote itself
+        open_store(url)
+    seal.with_suffix(".head").unlink()
     with open_store(url):
         assert "no seal" in capsys.readouterr().err
     seal.unlink()  # which that check had made anew
