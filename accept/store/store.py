@@ -248,9 +248,12 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
-    def newest(self, what: str, count: int, before: int | None = None) -> list[Event]:
-        """Return the last events of this kind, below a number if given, the newest first. Raises as `events`."""
+    def newest(self, what: str, count: int, before: int | None = None, bench: str = "") -> list[Event]:
+        """Return the last events of this kind, below a number if given, the newest first. bench: only those of which it
+        is the bench, by its public key: others share the store. Raises as `events`."""
         wanted, seq = _wanted(None, what), tables.events.c.seq
+        if bench:
+            wanted = wanted.where(tables.events.c.payload.contains(f'"bench":"{bench}"', autoescape=True))
         return self._read((wanted if before is None else wanted.where(seq < before)).order_by(seq.desc()).limit(count))
 
     def last_of_each(self, what: str) -> Iterator[Event]:
