@@ -112,8 +112,9 @@ SHOWN = "current_query() NOT LIKE '%subject = %' OR seq <> 2"  # every question 
         ],
         ["CREATE RULE kept AS ON INSERT TO parts DO INSTEAD NOTHING"],
         ["CREATE TABLE other () INHERITS (samples)"],
+        ["ALTER ROLE CURRENT_USER SET search_path = public, pg_catalog"],
     ],
-    ids=["view", "policy", "operator", "rule", "child"],
+    ids=["view", "policy", "operator", "rule", "child", "path"],
 )
 def test_a_database_that_answers_one_question_otherwise_is_not_used(
     url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statements: list[str]
@@ -128,7 +129,7 @@ def test_a_database_that_answers_one_question_otherwise_is_not_used(
         with pytest.raises(StoreError, match="not those of this store"):
             open_store(url)
     finally:
-        execute(url, "DROP SCHEMA public CASCADE", "CREATE SCHEMA public")
+        execute(url, "ALTER ROLE CURRENT_USER RESET ALL", "DROP SCHEMA public CASCADE", "CREATE SCHEMA public")
 
 
 def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
