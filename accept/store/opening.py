@@ -52,7 +52,10 @@ def open_store(
         _warn_of_open_home(Path(str(parsed.database)).parent)
     anchor = Anchor.beside(parsed)
     file = Path(str(parsed.database)) if anchor else None
-    store = Store(engine, where, anchor, _sealer(parsed, file, bench), file)
+    sealer = _sealer(parsed, file, bench)
+    if file is None and sealer is not None:  # of a server this bench keeps the last event that it wrote
+        anchor = Anchor(sealer.file.with_suffix(".head"))
+    store = Store(engine, where, anchor, sealer, file)
     log.info("store %s opened", where)
     if check:
         try:

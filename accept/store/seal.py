@@ -173,7 +173,8 @@ OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not
 
 @dataclass(frozen=True)
 class Anchor:
-    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it."""
+    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it. Of a
+    server each bench has one, of the last event that it wrote itself."""
 
     path: Path
 
