@@ -12,7 +12,7 @@ from accept.workflow.dialogue.turn import Toast
 from accept.workflow.effects.serve_step import saved_title
 from accept.workflow.entry.parse_entry import parse_path
 from accept.workflow.entry.record_folder import new_photo
-from accept.workflow.session.undo import entry_words
+from accept.workflow.session.entries import entry_words
 from accept.workflow.state.unit_state import Note
 from accept.workflow.steps.plan import WorkflowStep
 
