@@ -9,8 +9,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from accept.base.documents.document import Document, DocumentError, Number, only_if, unwritten
 from accept.base.documents.results import CONCESSION, Information, UnitRecord
-from accept.store.errors import StoreError
-from accept.store.event import Event, NewEvent
+from accept.store.event import Event, NewEvent, StoreError
 from checks.cause import Reason
 from checks.verdict import Finding
 

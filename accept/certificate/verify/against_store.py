@@ -209,8 +209,12 @@ def _uncalibrated(store: Store, contents: CertificateContent, own: Event) -> Ite
     days = {each.check: contents.record.measured.get(each.check, own.time[:10]) for each in contents.record.findings}
     before = store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq) if contents.record.calibration is None else ()
     bench = own.data.get("bench")
-    for result in (UnitJudged.of(each).result for each in before if each.data.get("bench") == bench):
-        given = result.calibration or {}
+    for event in before:
+        data = event.data  # most are of another bench, or state none either: these are not decoded
+        result = data.get("result")
+        if data.get("bench") != bench or (isinstance(result, dict) and not result.get("calibration")):
+            continue
+        given = UnitJudged.of(event).result.calibration or {}
         if rows := [row for row in given.get("instruments", ()) if row["check"] in days]:
             ended = {f", expired on {row['due']}" for row in rows if (row["due"] or "9999") < days[row["check"]]}
             names = listed(sorted({quoted(row["name"]) for row in rows}))

@@ -1,5 +1,5 @@
-"""Entries at a unit: values that are typed or read, notes, steps that are measured anew; and what is taken back of them,
-by an event: the record keeps both."""
+"""Entries at a unit: values that are typed or read, notes, steps that are measured anew; and entries taken back, by an
+event: the record keeps both."""
 
 import io
 import warnings
