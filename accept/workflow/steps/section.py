@@ -174,4 +174,4 @@ def entry_words(entry: ValueTaken | RecordLinked) -> str:
 def note_lines(state: StepState) -> list[str]:
     """Return the certificate's lines on a step: measured anew and why, notes, nonconformances."""
     again = [f"measured again: {reason}" for reason in state.reasons]
-    return again + [f"{MARK if n.nonconformance else ''}{n.line}" for n in state.notes if n.line]
+    return again + [f"{MARK if n.nonconformance else ''}{n.line(n.who)}" for n in state.notes if not n.internal]
