@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals.spectral.segments import Spectra, spectra
+from checks.signals.spectral.segments import spectra
 
 Mask = NDArray[np.bool_]
 
@@ -109,27 +109,14 @@ def h1(u: Array, y: Array | Mapping[str, Array], fs: float, nperseg: int, *, inp
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
     samples, half overlapped, the mean of each segment removed. The last bins of the grid (0 Hz
     and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the window,
-    and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf."""
-    outputs = named(y)
-    if not outputs:
-        raise ValueError("no output channel given")
-    return from_spectra(spectra([u, *outputs.values()], fs, nperseg), tuple(outputs), input)
-
-
-def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
-    """Return `h1` of channels of a record with segments of segment_s [s]. Raises RecordError if a channel is missing,
-    ValueError if the record is shorter than two segments that share half of their samples."""
-    if not 1.5 * segment_s * record.fs <= record.t.size:
-        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
-    columns = {name: record[name] for name in outputs}
-    return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
-
-
-def from_spectra(averaged: Spectra, channels: tuple[str, ...], input: str) -> Frf:
-    """Return the H1, coherence and covariance of averaged spectra whose channel 0 is the input.
+    and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf.
 
     nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is |H|^2 (1 -
     coherence) / (coherence nu) ([PS12] 2.5)."""
+    outputs = named(y)
+    if not outputs:
+        raise ValueError("no output channel given")
+    averaged = spectra([u, *outputs.values()], fs, nperseg)  # channel 0 is the input
     S, nu = averaged.S, averaged.effective - 1.0
     Suu, Syu = S[:, 0, 0].real, S[:, 1:, 0]
     powered = Suu > power_floor(Suu)
@@ -144,7 +131,7 @@ def from_spectra(averaged: Spectra, channels: tuple[str, ...], input: str) -> Fr
     return Frf(
         f=averaged.f,
         H=H,
-        channels=channels,
+        channels=tuple(outputs),
         input=input,
         coherence=np.where(powered[:, None], np.minimum(explained, 1.0), 0.0),
         cov=guarded_covariance(rest, powered),
@@ -153,6 +140,15 @@ def from_spectra(averaged: Spectra, channels: tuple[str, ...], input: str) -> Fr
         estimator="h1",
         segments=averaged.segments,
     )
+
+
+def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
+    """Return `h1` of channels of a record with segments of segment_s [s]. Raises RecordError if a channel is missing,
+    ValueError if the record is shorter than two segments that share half of their samples."""
+    if not 1.5 * segment_s * record.fs <= record.t.size:
+        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
+    columns = {name: record[name] for name in outputs}
+    return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
 
 
 def quantile(p: float, nu: Array) -> Array:
