@@ -17,8 +17,7 @@ from specs import door
 if TYPE_CHECKING:
     from accept.units.folder_header import TYPED, by_check
     from accept.units.loaded_unit import RESPONSES, LoadedUnit, contents_of, loaded
-    from accept.units.unit_entry import FileEntry, UnitSection
-    from accept.units.unit_experiments import EXPERIMENTS
+    from accept.units.unit_entry import EXPERIMENTS, FileEntry, UnitSection
     from accept.units.unit_folder import (
         UNIT_FILE,
         UnitError,
