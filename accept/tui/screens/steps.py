@@ -212,8 +212,7 @@ class Steps(Scanning):
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
-            shown = self.bench_app.step_screen(self.bench, self.session, step.name)
-            await self.app.push_screen(shown, self._back)
+            await self.app.push_screen(self.bench_app.step_screen(self.bench, self.session, step.name), self._back)
 
     async def open_step(self, name: str) -> None:
         self.query_one(StepList).stand_at(name)
