@@ -1,5 +1,5 @@
-"""What a time stamping authority is asked when something is signed: a token ([RFC3161]), and the revocation data of its
-certificates. A verification asks nobody."""
+"""Questions to a time stamping authority when a signature is made: a token ([RFC3161]) and the revocation data of its
+certificates. Verification needs no server."""
 
 import asyncio
 import time
