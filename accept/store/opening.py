@@ -14,7 +14,7 @@ from accept.base.home import HomeError, home
 from accept.base.plain_text import without_secrets
 from accept.store import indexes, tables
 from accept.store.engine import appending, make_engine, reported, snapshot
-from accept.store.errors import StoreError
+from accept.store.event import StoreError
 from accept.store.seal import Anchor, Sealer
 from accept.store.store import Store
 

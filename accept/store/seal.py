@@ -20,7 +20,7 @@ from sqlalchemy import URL, Connection, text
 
 from accept.base.atomic_files import write_atomic, write_new
 from accept.store.chain import StoreHead
-from accept.store.errors import StoreError
+from accept.store.event import StoreError
 from specs.files import json_of, read_bounded
 
 OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked whole, even if the file is unchanged

@@ -16,8 +16,7 @@ from accept.base.version import code_sha256
 from accept.store import indexes, tables
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, reported, snapshot
-from accept.store.errors import Overtaken, StoreError
-from accept.store.event import Event, NewEvent, sealed
+from accept.store.event import Event, NewEvent, Overtaken, StoreError, sealed
 from accept.store.folding import NAMING, is_named
 from accept.store.payloads import Payload
 from accept.store.seal import Anchor, Sealer, SignedHead, file_looks, rows_look

@@ -209,9 +209,11 @@ def _uncalibrated(store: Store, contents: CertificateContent, own: Event) -> Ite
     days = {each.check: contents.record.measured.get(each.check, own.time[:10]) for each in contents.record.findings}
     bench = contents.stated.head_bench or ""  # who wrote the judgement may have left its bench out
     stated = contents.record.calibration is not None
-    before = () if stated else store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq, bench)
-    for result in (UnitJudged.of(each).result for each in before if each.data.get("bench", "") == bench):
-        given = result.calibration or {}
+    for event in () if stated else store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq, bench):
+        result = event.data.get("result")
+        if event.data.get("bench", "") != bench or (isinstance(result, dict) and not result.get("calibration")):
+            continue  # of another bench, or states none either: it is not decoded
+        given = UnitJudged.of(event).result.calibration or {}
         if rows := [row for row in given.get("instruments", ()) if row["check"] in days]:
             ended = {f", expired on {row['due']}" for row in rows if (row["due"] or "9999") < days[row["check"]]}
             names = listed(sorted({quoted(row["name"]) for row in rows}))
