@@ -18,7 +18,7 @@ class TimeLimitExceeded(BaseException):
 def judging_s() -> float:
     """Return the time limit for judging one unit [s]: the declared one, or that of ACCEPT_UNIT_S."""
     try:
-        return max(1.0, float(os.environ.get(VARIABLE, JUDGING_S)))
+        return max(1.0, min(1e8, float(os.environ.get(VARIABLE, JUDGING_S))))  # a timer takes no infinity
     except ValueError:
         return JUDGING_S
 

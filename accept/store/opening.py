@@ -40,6 +40,8 @@ def open_store(
     chosen = url or os.environ.get("ACCEPT_STORE_URL") or None
     parsed = _parsed(chosen) if chosen else URL.create("sqlite", database=str(_default_path()))
     shown = parsed.render_as_string(hide_password=True)
+    if url is None and chosen and Anchor.beside(parsed) is None and parsed.get_backend_name() == "sqlite":
+        raise StoreError(f"ACCEPT_STORE_URL = {shown}: is a database in memory, which keeps nothing; name its file")
     where = str(parsed.database) if parsed.get_backend_name() == "sqlite" else without_secrets(shown)
     with reported(where):
         engine = make_engine(parsed, timeout_s)

@@ -145,10 +145,20 @@ def head_problem(given: Mapping[str, Any]) -> str | None:
     return None
 
 
+_ROWS = """
+SELECT encode(sha256(string_agg(looks, ' ' ORDER BY looks)::bytea), 'hex') FROM (
+SELECT seq || ' ' || xmin::text AS looks FROM events WHERE seq <= :upto
+UNION ALL SELECT CONCAT_WS(' ', 's', seq, count(*), min(xmin::text::bigint), max(xmin::text::bigint)) FROM samples
+WHERE seq <= :upto GROUP BY seq
+UNION ALL SELECT CONCAT_WS(' ', 'p', seq, count(*), min(xmin::text::bigint), max(xmin::text::bigint)) FROM parts
+WHERE seq <= :upto GROUP BY seq) AS rows
+"""
+
+
 def rows_look(connection: Connection, upto: int) -> str:
-    """Return a hash of the transactions that wrote the rows up to an event, on PostgreSQL. The server computes it."""
-    hashed = "encode(sha256(string_agg(xmin::text, ' ' ORDER BY seq)::bytea), 'hex')"
-    return str(connection.scalar(text(f"SELECT {hashed} FROM events WHERE seq <= :upto"), {"upto": upto}))
+    """Return a hash of the transactions that wrote the rows up to an event and those of its indexes, on PostgreSQL. The
+    server computes it."""
+    return str(connection.scalar(text(_ROWS), {"upto": upto}))
 
 
 def file_looks(database: Path) -> str:

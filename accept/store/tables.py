@@ -115,13 +115,15 @@ def present(connection: Connection) -> set[str]:
     return found | {name for name in LATER if has_index(connection, name)}
 
 
-# What PostgreSQL answers by: plain tables without policies, rules, children and other triggers, columns of the types
-# above, and only built-in operators for built-in types: any other may compare differently.
+# What PostgreSQL answers by: plain tables without policies, rules, children and triggers (but that of 58: before each
+# statement that updates, deletes or truncates), columns of the types above, and only built-in operators for built-in
+# types: any other may compare differently.
 _SERVER_COLUMNS = """
 SELECT r.name || '.' || a.attname AS found FROM unnest(CAST(:names AS text[])) AS r (name)
 JOIN pg_catalog.pg_class c ON c.oid = to_regclass(r.name) JOIN pg_catalog.pg_attribute a ON a.attrelid = c.oid
 WHERE c.relkind = 'r' AND NOT (c.relrowsecurity OR c.relhasrules OR c.relhassubclass OR c.relispartition)
-AND NOT EXISTS (SELECT FROM pg_catalog.pg_trigger t WHERE t.tgrelid = c.oid AND t.tgname <> 'events_append_only')
+AND NOT EXISTS (SELECT FROM pg_catalog.pg_trigger t WHERE t.tgrelid = c.oid
+AND NOT (t.tgname = 'events_append_only' AND t.tgtype = 58))
 AND a.attnum > 0 AND NOT a.attisdropped AND a.attgenerated = ''
 AND a.atttypid IN (20, 23, 25) AND a.attcollation IN (0, 100)
 UNION ALL SELECT 'operator ' || o.oprname FROM pg_catalog.pg_operator o

@@ -98,7 +98,7 @@ def check_store(
             events = list(counted(store, store.events(contents.serial)))
             stored = {e.data["sha256"]: e for e in reversed(events) if e.what == CertificateSigned.KIND}
             told = [stored.get(hashlib.sha256(pdf[: s.place[2]]).hexdigest()) for s in signatures]
-            held, signature = _held(store, contents, told[0]), told[0]
+            held, signature = _held(store, contents, told[0], here), told[0]
             if signature is None:
                 history = [*_later_than(events, signatures[0].when), *_alike(store, contents, complete=True)]
             else:
@@ -118,18 +118,18 @@ def check_store(
         return [Step(f"the bench's store could not be asked: {e}", complete=False)]
 
 
-def _held(store: Store, contents: CertificateContent, signature: Event | None) -> Step:
+def _held(store: Store, contents: CertificateContent, signature: Event | None, here: bool) -> Step:
     """Check that the store holds the signature. Not complete if the store of the bench that made it, wherever it is
     asked, has another event under the stated number, or no event of this signature; and if neither is known. A
-    certificate from before heads were stated is not checked."""
+    certificate from before heads were stated is not checked. here: this bench made it, whatever store is asked."""
     head = contents.stated.head
     if head is not None:
-        stated, own = StoreHead(head.seq, head.hash), store.signed_head()
+        stated = StoreHead(head.seq, head.hash)
         there = [StoreHead(each.seq, each.hash) for each in islice(store.events(after=stated.seq - 1), 1)]
         if there != [stated] or stated == START:
             wrote = (*store.events("", BenchStated.KIND), *store.newest(UnitJudged.KIND, 1))
             its_own = head.bench in {e.data.get("bench") for e in wrote} and (stated != START or signature is None)
-            if not its_own and (own is None or head.bench != own.bench):
+            if not its_own and not here:
                 return _ELSEWHERE
             if stated != START:
                 words = f"this bench's store does not hold event {stated.seq} as stated: it was put back or rewritten"

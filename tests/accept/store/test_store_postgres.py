@@ -113,8 +113,12 @@ SHOWN = "current_query() NOT LIKE '%subject = %' OR seq <> 2"  # every question 
         ["CREATE RULE kept AS ON INSERT TO parts DO INSTEAD NOTHING"],
         ["CREATE TABLE other () INHERITS (samples)"],
         ["ALTER ROLE CURRENT_USER SET search_path = public, pg_catalog"],
+        [
+            "CREATE FUNCTION keep() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN RETURN NULL; END'",
+            "CREATE TRIGGER events_append_only BEFORE INSERT ON parts FOR EACH ROW EXECUTE FUNCTION keep()",
+        ],
     ],
-    ids=["view", "policy", "operator", "rule", "child", "path"],
+    ids=["view", "policy", "operator", "rule", "child", "path", "trigger"],
 )
 def test_a_database_that_answers_one_question_otherwise_is_not_used(
     url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statements: list[str]
@@ -138,6 +142,27 @@ def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
         execute(url, "DROP TRIGGER events_append_only ON events", "DELETE FROM events WHERE seq = 3")
         with pytest.raises(StoreError, match="store check"):
             store.append("a", "", {}, who="Ada")
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "DELETE FROM parts WHERE seq = 1",
+        "UPDATE parts SET key = key + 1 WHERE seq = 1",
+        "INSERT INTO samples (key, seq) VALUES (1, 1)",
+    ],
+)
+def test_an_index_that_was_edited_behind_the_seal(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statement: str
+) -> None:
+    """Else a part in another strut, or a recording of another unit, would not be found for a day."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
+    with open_store(url) as store:
+        store.append_many([named("S-1", "X-1"), named("S-2", "X-2")], who="Ada")
+    open_store(url).close()
+    execute(url, statement)
+    with pytest.raises(StoreError, match=r"the index of .* is not that of event 1"):
+        open_store(url)
 
 
 def test_a_bench_knows_the_events_that_it_wrote_itself(

@@ -781,6 +781,20 @@ def approved_on(spec: Path, day: datetime) -> None:
         assert accept("spec", "approve", spec).exit_code == 0
 
 
+@pytest.mark.parametrize("address", ["sqlite://", "sqlite:///:memory:", "sqlite:///file:x?mode=memory&uri=true"])
+def test_a_store_that_keeps_nothing_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+    """Its bench would take its own certificate for that of another one, and judge without a word of what was before."""
+    pdf = certified(tmp_path, "A-1")
+    certified(tmp_path, "A-1", stroke=181.7)
+    monkeypatch.setenv("ACCEPT_STORE_URL", address)
+    doubted(verified(pdf), "which keeps nothing")
+    assert accept("countersign", pdf).exit_code != 0
+    assert accept("report", tmp_path / "A-1", "--spec", "apa-basic", "--out", tmp_path / "b.pdf").exit_code == 6
+    with open_store("sqlite://") as nothing:
+        monkeypatch.setattr(against_store, "open_store", lambda: nothing)
+        doubted(verified(pdf), "this bench's store does not hold")
+
+
 def test_a_laboratory_that_was_put_away(tmp_path: Path) -> None:
     laboratory = home() / "laboratory.toml"
     laboratory.write_text('name = "Laboratory"\naddress = "Street 1"\n')
