@@ -47,7 +47,7 @@ _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 _LIMITS = "Limits"
 _COLUMNS = "", "Quantity", "Value ± U", _LIMITS, "Verdict"
 _SHORTEST_GAUGE, _LONGEST_GAUGE = 8, 80
-_MARK = 4  # columns of the marks, and the last one
+_MARK = 3  # columns of the marks
 
 
 class Summary(Scanning):
@@ -275,14 +275,17 @@ class Summary(Scanning):
         labels = [label_of(f.quantity) for f in d.findings]
         values = aligned([_value_words(f) for f in d.findings])
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
-        taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
-        room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
+        texts = zip(_COLUMNS[1:3], (labels, values), strict=True)
+        taken = [_MARK, *(max(map(len, (title, *column))) + 2 for title, column in texts)]
+        room = self.query_one("#found").size.width - sum(taken) - 3  # the table has none before its first row
         room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # of rows
         said = max(map(len, (_COLUMNS[-1], *words)))
         gauge = min(_LONGEST_GAUGE, room - said)
         drawn = gauge >= _SHORTEST_GAUGE  # else the limits below say it, of the row under the cursor
         table.clear(columns=True)
-        table.add_columns(*(name for name in _COLUMNS if drawn or name != _LIMITS))
+        for title, width in zip(_COLUMNS, (*taken, gauge + 2, said), strict=True):
+            if drawn or title != _LIMITS:
+                table.add_column(title, width=width)  # a width of its own would be measured after it is drawn once
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
             bar = LimitBar(f.lower, f.upper, max(gauge, 1), f.value)

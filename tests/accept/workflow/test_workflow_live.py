@@ -62,9 +62,7 @@ def seen(watch_on: Fake, count: int) -> list:
             "over its range, or no probe. Set it up, F3: again",
         ),
         (
-            Implausible(
-                "g: readings in a row differ by 3 m ((b'+1', b'+2')), at most 1 are allowed; is something moving?"
-            ),
+            Implausible("g: readings in a row differ by 3 m ((b'+1', b'+2')), at most 1 are allowed; is it moving?"),
             "g: readings in a row differ by 3 m, at most 1 are allowed; is it moving?",
         ),
         (
