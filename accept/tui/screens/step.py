@@ -26,13 +26,13 @@ from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.widgets.card import Card, entitle
-from accept.tui.widgets.drawing import drawing_text
+from accept.tui.widgets.drawing import drawing_text, has_room
 from accept.tui.widgets.fields import Field, stored_words
 from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
-from accept.tui.widgets.pictures import has_room, pictures_of, show_in, units_before
+from accept.tui.widgets.pictures import pictures_of, show_in, units_before
 from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -293,7 +293,7 @@ class StepScreen(Page):
 
     def _show_guides(self) -> None:
         for guide in self._guides:
-            guide.hang(drawing_text(self.dialogue, large=has_room(self.app.size)))
+            guide.hang(drawing_text(self.dialogue, self.app.size))
 
     async def _show_before(self) -> None:
         if self.alive:

@@ -3,10 +3,12 @@
 import re
 
 from rich.text import Text
+from textual.geometry import Size
 
 from accept.tui.widgets.fields import SAVED
 from accept.workflow.dialogue.step_state import StepDialogue
 
+HUGE_FROM, TALL_FROM = 170, 45  # columns and rows with room for more
 _NOW = "bold blue"
 _MOST = 6  # lines that are listed; of more the present one
 _LINES = "─│┌┐└┘├┤┬┴┼═╪╧╤"
@@ -15,11 +17,21 @@ _WORDS = re.compile(rf"[^\s{_LINES}╱╲]+(?: (?=[^\s{_LINES}╱╲])[^\s{_LINE
 _NUMBERS = re.compile(r"[\d.+ -]+(?: mm)?$")
 
 
-def drawing_text(d: StepDialogue, *, large: bool = False) -> Text:
-    """Return the drawing in which the part of the present line is lit, and the state of every line. large: of twice the
-    size."""
+def has_room(size: Size) -> bool:
+    """Return whether a screen has room for large drawings and for the units before."""
+    return size.width >= HUGE_FROM and size.height >= TALL_FROM
+
+
+def fitted(picture: str, size: Size) -> str:
+    """Return a drawing, of twice its size on a large screen."""
+    return enlarged(picture) if has_room(size) else picture
+
+
+def drawing_text(d: StepDialogue, size: Size) -> Text:
+    """Return the drawing in which the part of the present line is lit, and the state of every line. size: of the
+    screen."""
     guide, here = d.step.guide, d.here
-    picture = enlarged(guide.picture) if large else guide.picture
+    picture = fitted(guide.picture, size)
     text = Text(picture)
     if here is not None:
         name, index = here.place.key

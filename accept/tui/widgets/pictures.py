@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.geometry import Size
 from textual.widget import Widget
 
 from accept.pictures.labels import label_of
+from accept.tui.widgets.drawing import HUGE_FROM, TALL_FROM
 from accept.tui.widgets.plot import WIDE_FROM, PanelView
 from accept.tui.widgets.target import offset_panel
 from accept.workflow.session import Session
@@ -20,7 +20,6 @@ from checks.picture import Heights, Line, Mark, Panel
 from checks.verdict import Verdict
 
 TARGET = "target"  # name of a panel that needs height
-_HUGE_FROM, _TALL_FROM = 170, 45  # columns and rows with room for more panels
 
 
 def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
@@ -72,11 +71,6 @@ async def show_in(holder: Widget, panels: Sequence[Panel]) -> None:
         await holder.mount(*(PanelView(panel) for panel in panels[len(views) :]))
 
 
-def has_room(size: Size) -> bool:
-    """Return whether a screen has room for a large drawing and for the units before."""
-    return size.width >= _HUGE_FROM and size.height >= _TALL_FROM
-
-
 class Pictures(Vertical):
     """Shows panels beside each other, from the first one on."""
 
@@ -106,7 +100,7 @@ class Pictures(Vertical):
 
     def _shown(self) -> list[Panel]:
         width, height = self.app.size
-        beside = 3 if width >= _HUGE_FROM else 1 if TARGET in self.panels and height < _TALL_FROM else 2
+        beside = 3 if width >= HUGE_FROM else 1 if TARGET in self.panels and height < TALL_FROM else 2
         return list(self.panels.values())[: beside if width >= WIDE_FROM else int(self.is_tab)]
 
     def _draw(self) -> None:
