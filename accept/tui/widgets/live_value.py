@@ -131,7 +131,8 @@ class Gauge(Hanging):
         self.set_class(bool(about.name), "live")
         is_large = about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS
         text_of = large_text if is_large else gauge_text
-        fault = "" if not self._fault else "no reading" if self._told else self._fault
+        here = "no reading" if self._value is None else ""
+        fault = here if self._told and self._fault else self._fault
         self.hang(text_of(about, self._value, fault, tuple(self._seen), self.size.width or _ROOM))
 
 
