@@ -116,7 +116,7 @@ def present(connection: Connection) -> set[str]:
 
 
 # What PostgreSQL answers by: plain tables without policies, rules, children and other triggers, columns of the types
-# above, and no operator of somebody else for built-in types, which would compare otherwise.
+# above, and only built-in operators for built-in types: any other may compare differently.
 _SERVER_COLUMNS = """
 SELECT r.name || '.' || a.attname AS found FROM unnest(CAST(:names AS text[])) AS r (name)
 JOIN pg_catalog.pg_class c ON c.oid = to_regclass(r.name) JOIN pg_catalog.pg_attribute a ON a.attrelid = c.oid
@@ -139,7 +139,7 @@ def foreign_columns(connection: Connection) -> list[str]:
         names &= {*connection.exec_driver_sql(real).scalars()}
         have = {f"{name}.{c['name']}" for name in names for c in found.get_columns(name)}
     elif connection.scalar(text("SELECT pg_catalog.current_schemas(true)"))[:1] != ["pg_catalog"]:
-        return ["search_path"]  # operators of somebody else would answer the next question too
+        return ["search_path"]  # operators of another schema would come first
     else:
         have = {*connection.scalars(text(_SERVER_COLUMNS), {"names": sorted(names)})}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})
