@@ -356,7 +356,7 @@ def _detail(d: SummaryDialogue) -> Text:
 
 
 def _value_words(f: Finding) -> str:
-    """Return a value with its U, also where that is unknown."""
+    """Return a value with its U, even if that is unknown."""
     if f.value is None:
         return "-"
     return numbers(f.value, f.U, f.unit) if f.U is not None else f"{f.value:.4g} ± ?{after_number(f.unit)}"

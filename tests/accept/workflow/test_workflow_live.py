@@ -59,7 +59,7 @@ def seen(watch_on: Fake, count: int) -> list:
         ),
         (
             OverRange("g: it is over range, or has no probe (b'---')"),
-            "over its range, or no probe. Set it up, F3: again",
+            "over its range, or no probe. Set it up. F3: again",
         ),
         (
             Implausible("g: readings in a row differ by 3 m ((b'+1', b'+2')), at most 1 are allowed; is it moving?"),
