@@ -5,7 +5,10 @@ from specs.errors import AcceptError
 
 
 class InstrumentError(AcceptError, RuntimeError):
-    """Base of errors in place of a reading; the text states the reason and what to check."""
+    """Base of errors in place of a reading; the text states the reason and what to check. cause: of every such error,
+    for a person at the bench; "" if the text alone tells it."""
+
+    cause = ""
 
 
 class SettingsError(InstrumentError):
@@ -15,13 +18,19 @@ class SettingsError(InstrumentError):
 class Unplugged(InstrumentError):
     """The port does not exist, or has disappeared."""
 
+    cause = "its port is gone. Cable in?"
+
 
 class NoReply(InstrumentError):
     """No complete reply came before the deadline."""
 
+    cause = "no whole answer in time. On? Cable in?"
+
 
 class Garbled(InstrumentError):
     """Bytes that the protocol does not allow: noise, lost or added bytes, wrong line settings."""
+
+    cause = "its answer came damaged. Cable firm?"
 
 
 class InstrumentRefused(InstrumentError):
@@ -30,6 +39,8 @@ class InstrumentRefused(InstrumentError):
 
 class OverRange(InstrumentRefused):
     """The instrument reports that the value is outside its range."""
+
+    cause = "over its range, or no probe. Set it up."
 
 
 class WrongInstrument(InstrumentError):

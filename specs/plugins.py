@@ -13,16 +13,18 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import walk_packages
 from sysconfig import get_path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from specs import products as own_products
 from specs.errors import AcceptError
 from specs.products import Product
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
 
 CHECKS, EFFECTS, INSTRUMENTS = "accept.checks", "accept.effects", "accept.instruments"
 RECORDERS, PRODUCTS = "accept.recorders", "accept.products"
@@ -105,11 +107,11 @@ def packages() -> list[str]:
     return sorted(re.sub(r"[^\w. -]", "_", one)[:60] for one in told)
 
 
-def _all_entries() -> list[EntryPoint]:
+def _all_entries() -> "list[EntryPoint]":
     return [entry for group in GROUPS for entry in _entries(group)]
 
 
-def _sources(entry: EntryPoint) -> list[tuple[Path, str]]:
+def _sources(entry: "EntryPoint") -> list[tuple[Path, str]]:
     """Return path and name of every file of the package of a plug-in's module, and of what its files import that is not
     installed as a package of its own; nothing for one that is not in files."""
     waiting, found = [entry.module.partition(".")[0]], dict[str, list[tuple[Path, str]]]()
@@ -158,7 +160,7 @@ def _is_installed(top: str) -> bool:
     return all(any(place.resolve().is_relative_to(each) for each in installed) for place in _places(top))
 
 
-def _entries(group: str) -> list[EntryPoint]:
+def _entries(group: str) -> "list[EntryPoint]":
     """Return the plug-ins of a group by name, without those in the working folder, which may contain data, unless
     PYTHONPATH names it."""
     named = {Path(p).resolve() for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p}
@@ -168,14 +170,16 @@ def _entries(group: str) -> list[EntryPoint]:
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> dict[str, EntryPoints]:
+def _installed(path: tuple[str, ...]) -> "dict[str, EntryPoints]":
     """Return the entry points of all packages on the path, by group. Cached: a search reads a file of every package."""
     del path
+    from importlib.metadata import entry_points  # the first screen does not wait for what it loads
+
     found = entry_points()
     return {group: found.select(group=group) for group in GROUPS}
 
 
-def _origin(entry: EntryPoint) -> str:
+def _origin(entry: "EntryPoint") -> str:
     package = f" of {entry.dist.name} {entry.dist.version}" if entry.dist else ""
     return f"'{entry.name}'{package} ({entry.group}: {entry.value})"
 

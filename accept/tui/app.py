@@ -45,7 +45,7 @@ class BenchApp(InOrder):
     CSS_PATH = "style.tcss"
     COMMANDS = {BenchCommands}  # noqa: RUF012 - declared so by textual
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide"), (170, "-huge")]  # noqa: RUF012 - declared so by textual
-    VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall"), (32, "-high")]  # noqa: RUF012 - as above
+    VERTICAL_BREAKPOINTS = [(0, "-short"), (24, "-tall"), (32, "-high"), (45, "-roomy")]  # noqa: RUF012 - as above
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
         Binding("f12", "light_or_dark", "Light or dark", priority=True, show=False),

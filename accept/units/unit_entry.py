@@ -142,7 +142,7 @@ def _vector(
         return None
     array = np.array([_float(v) for v in value])
     if array.size != declared.size:
-        unusable.append(f"{declared.name} has {array.size} values, expected {declared.size}")
+        unusable.append(f"{declared.called or declared.label}: {array.size} of {declared.size} are given")
     elif not np.isfinite(array).all():
         first = int(np.flatnonzero(~np.isfinite(array))[0])
         unusable.append(f"{declared.name}: value {first + 1} is {array[first]}")

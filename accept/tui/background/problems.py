@@ -4,6 +4,7 @@ import errno
 
 from accept.base.console import KNOWN_ERRORS
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.instruments.fault_words import fault_words
 from accept.workflow.session.unit import UnitBusy
 from accept.workflow.worker.not_done import NotDone
 from hw.errors import InstrumentError
@@ -18,7 +19,9 @@ _OS = {
 
 def words_of(error: BaseException) -> str:
     """Return the error in a line. Raises the error itself if it is a fault of the program."""
-    if isinstance(error, EntryError | UnitBusy | InstrumentError | NotDone):
+    if isinstance(error, InstrumentError):
+        return fault_words(error)
+    if isinstance(error, EntryError | UnitBusy | NotDone):
         return str(error)
     if not isinstance(error, KNOWN_ERRORS):
         raise error

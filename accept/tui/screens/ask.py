@@ -14,7 +14,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 
 from accept.tui.background.busy_screen import KnowsPassphrases
-from accept.tui.widgets.hanging import Hanging
+from accept.tui.widgets.hanging import Hanging, Hung
 from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.entry.shift import NOT_TAKEN
 
@@ -161,7 +161,7 @@ class Choice(InFront[int]):
 
     def asked(self) -> ComposeResult:
         numbered = [f"{n if n <= len(NUMBERS) else ' '}  {words}" for n, words in enumerate(self._options, 1)]
-        yield OptionList(*numbered, markup=False, id="choices")
+        yield OptionList(*(Hung(Text(words)) for words in numbered), markup=False, id="choices")
         yield Label(f"Enter or its number: choose    Esc: {self._leave}", classes="quiet")
 
     def on_mount(self) -> None:

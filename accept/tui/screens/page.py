@@ -89,6 +89,7 @@ class Page(Scanning):
 
     def on_resize(self, event: Resize) -> None:
         self.set_class(event.size.width < _SLIM, "-slim")
+        self.pictures.on_resize()  # which hears of none itself while it is hidden
 
     def action_picture(self) -> None:
         """Show the pictures on the whole screen; on a small one first in place of the form."""

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
+from textual.events import Resize
 from textual.widgets import Static
 from textual.worker import WorkerCancelled, WorkerFailed
 
@@ -25,13 +26,13 @@ from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.widgets.card import Card, entitle
-from accept.tui.widgets.drawing import drawing_text
+from accept.tui.widgets.drawing import drawing_text, has_room
 from accept.tui.widgets.fields import Field, stored_words
 from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
-from accept.tui.widgets.pictures import pictures_of
+from accept.tui.widgets.pictures import pictures_of, show_in, units_before
 from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
@@ -114,6 +115,7 @@ class StepScreen(Page):
     def drawings(self) -> ComposeResult:
         if self._guides:
             yield Card(*self._guides, title="Drawing", id="drawing")
+        yield Vertical(id="before")
 
     async def on_mount(self) -> None:
         if self.alive:
@@ -245,7 +247,7 @@ class StepScreen(Page):
             talk.ended()
             self.later(dialogue.measured, None if isinstance(notes, str) else notes)
 
-        doing = f"measuring with {instruments.recording(step).name}, some minutes; Esc: stop"
+        doing = f"measuring with {instruments.recording(step).name}; Esc: stop"
         self.send(measure, ended, doing, ended)
 
     def _measure_again(self, answer: list[str] | None) -> None:
@@ -280,8 +282,7 @@ class StepScreen(Page):
             return
         self._show_fields()
         d = self.dialogue
-        for guide in self._guides:
-            guide.hang(drawing_text(d))
+        self._show_guides()
         line = None if d.cursor is None else self._fields[d.cursor].input
         if line is not self.focused:
             self.set_focus(line)
@@ -293,6 +294,21 @@ class StepScreen(Page):
             self._shown = shown
             self.show()
 
+    def _show_guides(self) -> None:
+        for guide in self._guides:
+            guide.hang(drawing_text(self.dialogue, self.app.size))
+
+    async def _show_before(self) -> None:
+        if self.alive:
+            panels = units_before(self.session, self.step) if has_room(self.app.size) else ()
+            holder = self.query_one("#before")
+            holder.set_class(not panels, "nothing")
+            await show_in(holder, panels)
+
+    def on_resize(self, _: Resize) -> None:
+        self._show_guides()
+        self.call_later(self._show_before)
+
     def _show_fields(self) -> None:
         d = self.dialogue
         judgement = d.facts.judgement if d.complete else None
@@ -301,6 +317,7 @@ class StepScreen(Page):
             course = self._course(line.place)
             takes = n == d.cursor and d.proposed(n) is not None
             field.show(line.text, stored, *d.reason(n), takes=takes, course=course)
+        self._gauge.leave_to_field(d.cursor is not None and d.reason(d.cursor)[1] == "refused")
         self._read_courses()
 
     def _course(self, place: FieldPlace) -> str:
@@ -356,6 +373,7 @@ class StepScreen(Page):
         self.query_one("#main").set_class(bool(panels) and (done or not has_files(d.form)), "plotted")
         self.query_one("#side").set_class(self.step.derived and not panels, "nothing")
         self.pictures.show(panels)
+        self.call_later(self._show_before)
         self._show_count()
         self.show_around()
 

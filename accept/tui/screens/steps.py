@@ -18,6 +18,7 @@ from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.card import Card, entitle
+from accept.tui.widgets.drawing import fitted
 from accept.tui.widgets.findings import findings_text, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
@@ -162,6 +163,9 @@ class Steps(Scanning):
     def on_data_table_row_highlighted(self, _: DataTable.RowHighlighted) -> None:
         self._show_card()
 
+    def on_resize(self) -> None:
+        self._show_card()
+
     def _show_card(self) -> None:
         """Show what the step under the cursor asks for and what it showed, whole."""
         rail = self.query_one(StepList)
@@ -170,7 +174,7 @@ class Steps(Scanning):
         step = self._step_here()
         entitle(self.query_one("#todo"), *((GAP_TITLE,) if step is None else head(self.session, step)))
         self.query_one("#words", Hanging).hang(what_to_do(WORDS) if step is None else instructions(step))
-        self.query_one("#guide", Hanging).hang(Text("" if step is None else step.guide.picture))
+        self.query_one("#guide", Hanging).hang(Text("" if step is None else fitted(step.guide.picture, self.app.size)))
         self.query_one("#side").set_class(step is None, "nothing")
         entitle(
             self.query_one("#form"),

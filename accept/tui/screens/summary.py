@@ -25,11 +25,11 @@ from accept.tui.background.viewer import open_file, viewer
 from accept.tui.screens.ask import Choice, Help, Question, QuestionLine
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.widgets.banner import Banner
-from accept.tui.widgets.card import Card
+from accept.tui.widgets.card import Card, chip
 from accept.tui.widgets.findings import note_line
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
-from accept.tui.widgets.limit_bar import LimitBar, blocks, limits, numbers, usual_words
+from accept.tui.widgets.limit_bar import LimitBar, after_number, blocks, limits, numbers, usual_words
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
@@ -39,14 +39,15 @@ from accept.workflow.dialogue.summary_state import SummaryDialogue, Turn
 from accept.workflow.effects.serve_summary import facts
 from accept.workflow.session import Session
 from accept.workflow.steps.status import Status
-from checks.verdict import Verdict
+from checks.verdict import Finding, Verdict
 
 SOUND = "ACCEPT_SOUND"  # 1: the result can be heard, one stroke of the bell if accepted, else three
 _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
-_COLUMNS = "", "Quantity", "Value ± U", "Limits", "Verdict"
-_SHORTEST_GAUGE, _LONGEST_GAUGE = 10, 80
-_MARK = 4  # columns of the marks, and the last one
+_LIMITS = "Limits"
+_COLUMNS = "", "Quantity", "Value ± U", _LIMITS, "Verdict"
+_SHORTEST_GAUGE, _LONGEST_GAUGE = 8, 80
+_MARK = 3  # columns of the marks
 
 
 class Summary(Scanning):
@@ -272,25 +273,29 @@ class Summary(Scanning):
     def _show_table(self, row: int) -> None:
         d, table = self.dialogue, self.query_one(DataTable)
         labels = [label_of(f.quantity) for f in d.findings]
-        values = aligned([pretty(numbers(f.value, f.U, f.unit)) if f.value is not None else "-" for f in d.findings])
+        values = aligned([_value_words(f) for f in d.findings])
         words = ["pass, held" if (status := d.status(f)) is Status.HELD else status.word for f in d.findings]
-        taken = [_MARK + 2, *(max(map(len, column), default=0) + 2 for column in (labels, values))]
-        room = self.query_one("#found").size.width - sum(taken)  # the table has none before its first row
+        texts = zip(_COLUMNS[1:3], (labels, values), strict=True)
+        taken = [_MARK, *(max(map(len, (title, *column))) + 2 for title, column in texts)]
+        room = self.query_one("#found").size.width - sum(taken) - 3  # the table has none before its first row
         room -= table.styles.scrollbar_size_vertical if self.app.size.width < WIDE_FROM else 0  # of rows
         said = max(map(len, (_COLUMNS[-1], *words)))
-        worded = room - said >= _SHORTEST_GAUGE  # else the mark in front says it
-        gauge = min(_LONGEST_GAUGE, max(_SHORTEST_GAUGE, room - said * worded))
+        gauge = min(_LONGEST_GAUGE, room - said)
+        drawn = gauge >= _SHORTEST_GAUGE  # else the limits below say it, of the row under the cursor
         table.clear(columns=True)
-        table.add_columns(*_COLUMNS[: 4 + worded])
+        for title, width in zip(_COLUMNS, (*taken, gauge + 2, said), strict=True):
+            if drawn or title != _LIMITS:
+                table.add_column(title, width=width)  # a width of its own would be measured after it is drawn once
         for f, label, value, word in zip(d.findings, labels, values, words, strict=True):
             status = d.status(f)
-            bar = LimitBar(f.lower, f.upper, gauge, f.value).drawn(status.style, f.U, d.facts.usual.get(f.quantity))
+            bar = LimitBar(f.lower, f.upper, max(gauge, 1), f.value)
+            usual = d.facts.usual.get(f.quantity)
             table.add_row(
                 Text(f" {status.mark} ", status.style),
                 f"{label}  ",
                 Text(f"{value}  ", "bold"),
-                bar.append("  ", status.style),
-                *([Text(word, status.style)] if worded else []),
+                *([bar.drawn(status.style, f.U, usual).append("  ", status.style)] if drawn else []),
+                Text(word, status.style),
             )
         table.move_cursor(row=row)
 
@@ -350,6 +355,13 @@ def _detail(d: SummaryDialogue) -> Text:
     return text
 
 
+def _value_words(f: Finding) -> str:
+    """Return a value with its U, even if that is unknown."""
+    if f.value is None:
+        return "-"
+    return numbers(f.value, f.U, f.unit) if f.U is not None else f"{f.value:.4g} ± ?{after_number(f.unit)}"
+
+
 def aligned(values: Sequence[str]) -> list[str]:
     """Return values with U below each other at their sign."""
     parts = [value.partition(" ± " if " ± " in value else " ") for value in values]
@@ -367,13 +379,13 @@ def _sign_words(d: SummaryDialogue) -> Text:
     if facts.certificate is None:
         why = "" if d.accepted else "why (it stands on the certificate), then "
         text.append(f"\nAsked: {why}your passphrase, once a shift", "not bold default")
-        text.append("\n\n").append(" ^S ", "reverse bold").append(" Sign and verify", "bold")
+        text.append("\n\n").append_text(chip("^S Sign and verify", "ctrl+s"))
         return text.append("\n\nQA countersigns afterwards: ^T", "dim")
     text.append("".join(f"\n ✓ {s.who}, {s.role}" for s in facts.signatures), "not bold default")
     if d.awaits_qa:
         words = "QA countersigns" if d.accepted else "QA decides about it; set it aside"
-        text.append("\n\n ^T ", "bold").append(words, "not bold default")
-    return text.append("\n\n F10 ", "bold").append("next unit", "not bold default")
+        text.append("\n\n").append_text(chip("^T", "ctrl+t", "bold")).append(words, "not bold default")
+    return text.append("\n\n").append_text(chip("F10 next unit", "f10", "bold"))
 
 
 def _ticks(d: SummaryDialogue, under_way: bool, between: str) -> Text:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from rich.style import Style
 from rich.text import Text
 from textual.containers import Vertical
 from textual.content import Content
@@ -25,6 +26,12 @@ def entitle(card: Widget, title: str, state: Sequence[tuple[str, str]] | str = "
         setattr(card, "_border_title", content)  # noqa: B010 - the library's own setter draws the whole card anew
         left, top = card.content_offset
         card.refresh(Region(-left, -top, card.outer_size.width, 1))
+
+
+def chip(cap: str, key: str, style: str = "reverse bold") -> Text:
+    """Return a key as it stands in a card, which a click presses."""
+    pressed = Style.parse(style) + Style.from_meta({"@click": f"app.simulate_key('{key}')"})
+    return Text.assemble((f" {cap} ", pressed))
 
 
 class Card(Vertical):

@@ -58,7 +58,7 @@ class Field(Vertical):
         self._shown = shown
         blank = "\N{NO-BREAK SPACE}" if self.place.is_file else " "  # a long name begins beside its mark
         self.query_one(".stored", Static).update(f"{SAVED}{blank}{stored}" if stored else "")
-        self.query_one(".reason", Static).update(pretty(reason))
+        self.query_one(".reason", Static).update(pretty(reason).replace("→ ", "→\N{NO-BREAK SPACE}"))  # here too
         hint = "Enter: take it" if takes else "" if kind == "proposed" else pretty(self.place.hint)
         self.input.placeholder = "" if stored else hint  # what is saved takes its room
         self.set_class(bool(stored), "has-stored")

@@ -13,7 +13,7 @@ from textual.strip import Strip
 from textual.widgets import Static
 
 ROOM = 59  # columns beside the steps at 80, before the first layout
-_INDENT = re.compile(r"^ *(?:(?:\d|[·▪▶✓✗○→]) )?")
+_INDENT = re.compile(r"^ *(?:(?:\d|[·▪▶✓✗○→]) +)?")
 
 
 class Hung:
@@ -59,6 +59,8 @@ class Hanging(Static):
     def on_resize(self) -> None:
         if self._text_of is not None:
             self.hang(self._text_of(self.size.width or ROOM))
+        if self.styles.auto_dimensions and len(self._rows()) != self.size.height:
+            self.call_after_refresh(self.refresh, layout=True)  # it was laid out with the text before
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:

@@ -84,7 +84,7 @@ def hits_text(so_far: "HitsSoFar", rows: int = 1) -> Text:
     told = "single hit" if last.good else f"{last.fault} ({last.detail})" if last.detail else str(last.fault)
     text.append(f"\nlast   {mark} {last.force_N:.3g} N  ", style).append(told, style)
     if math.isfinite(so_far.coherence):
-        text.append("\n\ncoherence  ", "dim").append_text(share_bar(so_far.coherence, _COHERENCE_BAR))
+        text.append("\n\ncoherence  ", "dim").append_text(share_bar([(so_far.coherence, "green")], 1.0, _COHERENCE_BAR))
         text.append(f"  {so_far.coherence:.3f}", "bold")
     return text
 

@@ -103,10 +103,14 @@ def block(value: float, lo: float, hi: float) -> str:
     return BLOCKS[round((len(BLOCKS) - 1) * (value - lo) / (hi - lo))] if hi > lo else BLOCKS[0]
 
 
-def share_bar(share: float, width: int) -> Text:
-    """Return a bar that is filled as far as a share of the whole goes."""
-    filled = round(width * share)
-    return Text.assemble((INSIDE * filled, "green"), (OUTSIDE * (width - filled), "dim"))
+def share_bar(parts: Sequence[tuple[float, str]], whole: float, width: int) -> Text:
+    """Return a bar that is filled as far as parts of the whole go, each in its style and seen if there is one."""
+    bar, done = Text(), 0.0
+    for count, style in parts:
+        done += count
+        bar.append(INSIDE * max(round(width * done / whole) - len(bar), 1 if count else 0), style)
+    bar.truncate(width)
+    return bar.append(OUTSIDE * (width - len(bar)), "dim")
 
 
 def numbers(value: float | None, U: float | None, unit: str) -> str:

@@ -13,7 +13,7 @@ from rich.text import Text
 from textual.message import Message
 from textual.renderables.digits import Digits
 
-from accept.tui.widgets.card import entitle
+from accept.tui.widgets.card import chip, entitle
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import (
     USUAL,
@@ -72,7 +72,7 @@ class Gauge(Hanging):
         self._about = Followed()
         self._value: Measured | None = None
         self._seen = deque[float](maxlen=round(_SHOWN_S / EVERY_S))
-        self._fault = ""
+        self._fault, self._told = "", False
 
     def follow(self, instrument: InstrumentPort | None, about: Followed, stored: Measured | None) -> None:
         """Look at this instrument from now on; without one, show what is stored. The fault of an instrument stays if it
@@ -91,6 +91,12 @@ class Gauge(Hanging):
     def forget(self) -> None:
         """Forget the last fault: a value was saved since."""
         self._fault = ""
+
+    def leave_to_field(self, told: bool) -> None:
+        """Say no more of a fault than that there is one, as long as its field tells it."""
+        if told != self._told:
+            self._told = told
+            self._draw()
 
     def leave(self) -> None:
         """Look at nothing any more."""
@@ -125,7 +131,9 @@ class Gauge(Hanging):
         self.set_class(bool(about.name), "live")
         is_large = about.name and size.width >= WIDE_FROM and size.height >= _LEAST_ROWS
         text_of = large_text if is_large else gauge_text
-        self.hang(text_of(about, self._value, self._fault, tuple(self._seen), self.size.width or _ROOM))
+        here = "no reading" if self._value is None else ""
+        fault = here if self._told and self._fault else self._fault
+        self.hang(text_of(about, self._value, fault, tuple(self._seen), self.size.width or _ROOM))
 
 
 def gauge_text(
@@ -165,7 +173,7 @@ def large_text(about: Followed, value: Measured | None, fault: str, seen: Sequen
         text.append_text(Text("\n").join([*_drawn(about, value, width), Text()]))
         text.append(f"{VALUE} now", colour).append(f"   {limits(limit.lower, limit.upper, limit.unit)}")
         text.append(_earlier_words(about) + "\n", "dim")
-    text.append(" F3 Take ", "reverse bold").append(
+    text.append_text(chip("F3 Take", "f3")).append(
         " …" if value is None else f" {_number(value, about.unit, seen)}", "bold"
     )
     text.append(f"\nfrom {about.name}\n", "dim")
@@ -195,10 +203,9 @@ def _colour(value: Measured | None, limit: Limit | None) -> str:
 
 
 def _fault_line(value: Measured | None, fault: str, room: int) -> Text:
-    """Return the last fault in one row, without its line if that leaves no room for what it is; whole it stands at the
-    foot and below its field."""
+    """Return the last fault in one row, without its remedy if that leaves no room for the cause."""
     if len(fault) + len("✗ before: ") > room:
-        fault = fault.partition(": ")[2] or fault
+        fault = fault.partition(". ")[0]
     text = Text(f"✗ {fault}", "bold red") if value is None else Text(f"✗ before: {fault}", "dim")
     text.truncate(room, overflow="ellipsis")
     return text if fault else Text(" ")

@@ -1,22 +1,25 @@
 """Pictures of a step beside each other where the screen is wide; the whole screen shows them behind a key."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
+from textual.widget import Widget
 
+from accept.pictures.labels import label_of
+from accept.tui.widgets.drawing import HUGE_FROM, TALL_FROM
 from accept.tui.widgets.plot import WIDE_FROM, PanelView
 from accept.tui.widgets.target import offset_panel
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.section import repeated
 from checks.acceptance import POSITIONS_MM
-from checks.picture import Heights, Panel
+from checks.picture import Heights, Line, Mark, Panel
+from checks.verdict import Verdict
 
 TARGET = "target"  # name of a panel that needs height
-_HUGE_FROM, _TALL_FROM = 170, 45  # columns and rows with room for more panels
 
 
 def pictures_of(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
@@ -39,6 +42,33 @@ def _points(session: Session, step: WorkflowStep) -> Mapping[str, Panel]:
     z = np.array([math.nan if mean is None else mean.value for mean in means])
     item = Heights(positions[:, 0], positions[:, 1], z, "height as read [um]")
     return {"heights": Panel("Interfaces seen from above", "x [mm]", "y [mm]", (item,), equal=True)}
+
+
+def units_before(session: Session, step: WorkflowStep) -> Sequence[Panel]:
+    """Return a panel for each limit of a step, with the values of the last units and of this one."""
+    judgement, panels = session.judgements.of_step(step.name), []
+    own = {f.quantity: f for f in judgement.findings if f.value is not None} if judgement is not None else {}
+    for name, limit in step.asked.limits.items():
+        if values := session.judgements.earlier.get(name, ()):
+            marks = [Mark(at, "y") for at in (limit.lower, limit.upper) if at is not None]
+            if (f := own.get(name)) is not None and f.value is not None:
+                marks.append(Mark(f.value, "y", "this unit", "good" if f.verdict is Verdict.PASS else "bad"))
+            x = np.arange(-float(len(values)), 0.0)
+            line = Line(x, np.array(values[::-1], dtype=float), style="points", role="data")
+            title = f"{label_of(name)}, the last {len(values)} units"
+            panels.append(Panel(title, "units before", f"[{limit.unit}]", (line, *marks)))
+    return panels
+
+
+async def show_in(holder: Widget, panels: Sequence[Panel]) -> None:
+    """Show panels in a part of the screen, in the views that it has already as far as these go."""
+    views = list(holder.query(PanelView))
+    for view, panel in zip(views, panels, strict=False):
+        view.show(panel)
+    for view in views[len(panels) :]:
+        await view.remove()
+    if holder.is_attached:  # left while the old ones went
+        await holder.mount(*(PanelView(panel) for panel in panels[len(views) :]))
 
 
 class Pictures(Vertical):
@@ -70,7 +100,7 @@ class Pictures(Vertical):
 
     def _shown(self) -> list[Panel]:
         width, height = self.app.size
-        beside = 3 if width >= _HUGE_FROM else 1 if TARGET in self.panels and height < _TALL_FROM else 2
+        beside = 3 if width >= HUGE_FROM else 1 if TARGET in self.panels and height < TALL_FROM else 2
         return list(self.panels.values())[: beside if width >= WIDE_FROM else int(self.is_tab)]
 
     def _draw(self) -> None:
@@ -80,12 +110,6 @@ class Pictures(Vertical):
             self.call_later(self._redraw)
 
     async def _redraw(self) -> None:
-        shown, views = self._shown(), list(self.query(PanelView))
+        shown = self._shown()
         self.display = bool(shown)
-        for view, panel in zip(views, shown, strict=False):
-            view.show(panel)
-        for view in views[len(shown) :]:
-            await view.remove()
-        holder = self.query_one(".panels")
-        if holder.is_attached:  # left while the old ones went
-            await holder.mount(*(PanelView(panel) for panel in shown[len(views) :]))
+        await show_in(self.query_one(".panels"), shown)

@@ -315,7 +315,7 @@ def _leave(d: StartDialogue) -> Turn:
     """Leave what was begun here last: a tray, a new unit, the question who is there; then go back to the unit from
     which a scan led here; then end the program, when asked twice."""
     if d.adds:
-        return units.end_tray(d)
+        return units.tray(without_serial(d)) if d.added else units.end_tray(d)
     if d.begins or (d.cursor == "operator" and d.value("operator")):
         return say(replace(d, cursor="serial", begins=False), SCAN, "quiet", Common.SELECT)
     if d.back and d.bench is not None:

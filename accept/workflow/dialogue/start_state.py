@@ -185,7 +185,7 @@ class StartDialogue:
         if not self.adds:
             return SCAN
         other = ". Tab: other kind" if self.bench is not None and len(self.bench.kinds) > 1 else ""
-        return f"Adding units of kind {self.value('kind')}{other}. Scan every unit of the tray. F6: that was all"
+        return f"Adding units of kind {self.value('kind')}{other}. Scan every unit of the tray. Esc: that was all"
 
     @property
     def nothing(self) -> str:
@@ -203,7 +203,9 @@ class StartDialogue:
     @property
     def called(self) -> dict[str, str]:
         """Return the names of keys that are called otherwise at this moment."""
-        return {"enter": "Add"} if self.adds else {"enter": "Begin"} if self.begins or self.at_once else {}
+        if self.adds:
+            return {"enter": "Add", "escape": "Tray done"}
+        return {"enter": "Begin"} if self.begins or self.at_once else {}
 
     @property
     def idle_keys(self) -> set[str]:
@@ -212,6 +214,7 @@ class StartDialogue:
             "tab": self.adds or self.begins or len(self.queues) > 1,
             "f8": self.meant is not None and not self.adds,
             "ctrl+s": any(queue.to_sign for queue in self.queues),
+            "f6": not self.adds,  # it still ends the tray, for those who have learned it so
             "ctrl+o": self.cursor != "operator",
             "ctrl+z": self.here is not None,
         }

@@ -301,7 +301,7 @@ def measured(d: StepDialogue, notes: Sequence[str] | None) -> Turn:
     """Go on from a step that was measured as a whole. notes: None if that failed."""
     d = replace(d, measures=False)
     if notes is None:
-        return Turn(d)
+        return _go_on(d, None)
     return _done(d, Toast("Saved", "\n".join([*notes, "^Z takes back the last entry"])))
 
 
@@ -343,6 +343,8 @@ def not_stored(d: StepDialogue, entry: StoreEntry, why: str, is_there: bool = Fa
         d = d.with_line(n, text=d.lines[n].text or ("" if is_there else entry.text), refusal=f"✗ {why}", doubted=None)
     advice = why.rpartition("→ ")[2]
     repair = ". ^R: repair (training)" if d.facts.training else ""
+    if entry.is_reading:  # its field has the fault
+        why = "Not read, nothing is saved. F3: again, or type the value"
     words = f"{PurePath(entry.text).name}: not taken. {advice[:1].upper()}{advice[1:]}{repair}" if is_there else why
     return _say(d, words, "bad", *([Common.SELECT] if n == d.cursor else []), *looks(d), do.ReturnLater(entry.place))
 

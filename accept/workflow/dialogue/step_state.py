@@ -194,7 +194,8 @@ class StepDialogue:
         if line.doubted is not None:
             return f"? {line.question}. ^K or F9: keep it", "doubted"
         why = line.refusal or (f"✗ {file.damage}\n→ {ADVICE[Cause.FILE_DAMAGED]}" if file and file.damage else "")
-        offer = f"→ {'Enter: take ' if line.refusal else ''}{self.described(proposed)}" if proposed else ""
+        takes = "Enter: take " if line.refusal and n == self.cursor else ""
+        offer = f"→ {takes}{self.described(proposed)}" if proposed else ""
         return "\n".join(filter(None, (why, offer))), "refused" if why else "proposed" if offer else ""
 
     def described(self, file: PickableFile) -> str:
@@ -295,13 +296,14 @@ class StepDialogue:
 
     @property
     def put_right_first(self) -> str:
-        """Return the status of a step that failed or has no result, and what to do first; "" of any other."""
+        """Return the status of a step that failed or has no result, and how to measure it again, after what its result
+        advises; "" of any other."""
         if self.facts.judgement is None or not self.is_bad:
             return ""
-        todo = self.facts.source_action or first_advice(self.facts.judgement.findings)
-        todo = todo or ("record again" if self.step.derived else "F8: measure again")
-        todo = f"^R: repair (training), then {todo}" if self.facts.training else todo
-        return f"{self.facts.status.word.capitalize()} → {todo}"
+        advised = self.facts.source_action or first_advice(self.facts.judgement.findings)
+        first = "^R: repair (training)" if self.facts.training else "do what → says" if advised else ""
+        again = "" if self.step.derived and first else "record again" if self.step.derived else "F8: measure again"
+        return f"{self.facts.status.word.capitalize()}: {', then '.join(filter(None, (first, again)))}"
 
     @property
     def what_now(self) -> str:

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from accept.base.fault_log import PLEASE_REPORT
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.instruments.fault_words import fault_words
 from checks.declare import Measured
 from hw.errors import InstrumentError
 from hw.instruments import scaled
@@ -125,5 +126,7 @@ def look(instrument: InstrumentPort, unit: str) -> Look:
     """Return the instrument's present reading, or its error."""
     try:
         return Look(reading(instrument, unit))
-    except (InstrumentError, EntryError) as e:
+    except InstrumentError as e:
+        return Look(error=fault_words(e))
+    except EntryError as e:
         return Look(error=str(e))

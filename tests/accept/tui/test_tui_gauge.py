@@ -98,18 +98,19 @@ async def test_an_instrument_that_drops_out_is_told_and_goes_on_when_mended():
     async with running(with_meter(fake)) as pilot:
         await begin(pilot)
         await press(pilot, "down", "enter")
-        await shown(pilot, "#gauge", "✗ meter: nothing came in time")
+        await shown(pilot, "#gauge", "✗ no whole answer in time")
         await press(pilot, "f3")
-        assert "nothing came in time" in words(pilot, "#status")
+        assert "Not read, nothing is saved" in words(pilot, "#status")
         field = pilot.app.screen.query(Field).first()
-        assert "nothing came in time" in str(field.query_one(".reason").render())
+        assert "no whole answer in time. On? Cable in?" in str(field.query_one(".reason").render())
         await focused_again(pilot, field.input)  # the cursor comes back, and the fault stays in sight
+        await shown(pilot, "#gauge", "✗ no reading")  # the field says why
         fake.mend(4.99e-6)
         await shown(pilot, "#gauge", "4.99 µF")
-        assert "before: meter" in words(pilot, "#gauge")
+        assert "✗" not in words(pilot, "#gauge")  # the field has it
         await press(pilot, "f3")
         assert "Saved " in told(pilot)
-        assert "before: meter" not in words(pilot, "#gauge")
+        assert "before: " not in words(pilot, "#gauge")
     with open_store() as store:
         kinds = [e.what for e in store.events("APA-02")]
     assert kinds.count("reading_failed") == 1

@@ -164,7 +164,7 @@ def test_not_a_folder_not_there_and_nothing_inside(tmp_path: Path) -> None:
         ("sensor_uF = 5.10", "", "sensor_uF", "not measured"),
         ("[stroke]\nstroke_um = 373.2", "", "stroke_um", "not measured"),
         ("stroke_um = 373.2", "", "stroke_um", "not measured"),
-        ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[1, 2]", "flatness_um", "2 values, expected 8"),
+        ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[1, 2]", "flatness_um", "heights: 2 of 8 are given"),
         ("[0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", "[0, 1, 2, 3, 4, 5, 6, nan]", "flatness_um", "value 8 is nan"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "no.csv"', "flatness_um", "no.csv"),
         ("z_um = [0, -0.5, 3.5, 3.5, 42, 45.5, 52.5, 46]", 'points = "../o.csv"', "flatness_um", "outside the unit"),

@@ -10,13 +10,14 @@ from accept.judging import load_spec
 from accept.store import open_store
 from accept.store.instrument_recall import touched
 from accept.workflow.entry.parse_entry import EntryError
+from accept.workflow.instruments.fault_words import fault_words
 from accept.workflow.instruments.hardware import MOST_TRAFFIC, BenchInstruments, bounded
 from accept.workflow.instruments.port import BROKEN, Watch, look
 from accept.workflow.session import Session
 from accept.workflow.session.open_session import open_session
 from accept.workflow.worker.judging import judge_step
 from checks.declare import Measured
-from hw.errors import NoReply
+from hw.errors import Garbled, Implausible, NoReply, OverRange
 from hw.instruments import Traffic
 from hw.simulated import BenchSetup, SimulatedBench
 from specs.bench import load_bench
@@ -44,10 +45,42 @@ def seen(watch_on: Fake, count: int) -> list:
     return found
 
 
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (Garbled("p: A0000 was answered b'x'..., expected STX"), "its answer came damaged. Cable firm? F3: again"),
+        (
+            Garbled("g: b'+1,23\\r' has a decimal comma: set the instrument to a decimal point"),
+            "its answer has a decimal comma: set the instrument to a decimal point",
+        ),
+        (
+            Garbled("g: b'+1' came unasked; is it sending by itself, or was DATA pressed?"),
+            "its answer came unasked; is it sending by itself, or was DATA pressed?",
+        ),
+        (
+            OverRange("g: it is over range, or has no probe (b'---')"),
+            "over its range, or no probe. Set it up. F3: again",
+        ),
+        (
+            Implausible("g: readings in a row differ by 3 m ((b'+1', b'+2')), at most 1 are allowed; is it moving?"),
+            "g: readings in a row differ by 3 m, at most 1 are allowed; is it moving?",
+        ),
+        (
+            Implausible("g: b'+9.9' is outside -1 to 1 mm, the range in the bench file"),
+            "g: its answer is outside -1 to 1 mm, the range in the bench file",
+        ),
+    ],
+    ids=lambda given: type(given).__name__ if isinstance(given, Exception) else "",
+)
+def test_a_fault_is_said_in_words_with_its_remedy_and_without_bytes(error: Exception, said: str) -> None:
+    """Red before: the bytes of the line stood on the screen. They are stored with the reading that failed."""
+    assert fault_words(error) == said
+
+
 def test_a_watch_goes_on_after_a_fault_and_keeps_its_words():
     first, second, third = seen(Fake([4.99e-6, NoReply("meter: nothing came"), 5.01e-6]), 3)
     assert first.measured.value == pytest.approx(4.99, rel=1e-12)
-    assert (second.measured, second.error) == (None, "meter: nothing came")
+    assert (second.measured, second.error) == (None, "no whole answer in time. On? Cable in? F3: again")
     assert third.measured.value == pytest.approx(5.01, rel=1e-12)
 
 

@@ -60,11 +60,12 @@ def week_text(week: "Week") -> Text:
     """Return what became of the units that were begun in this week; what nothing is known of is left out."""
     if not week.begun:
         return Text("Nothing begun this week yet.\nScan a serial to begin.", "dim")
-    text = share_bar(week.judged / week.begun, WIDTH).append("\n")
     others = week.begun - week.accepted - week.rejected - week.held - week.undecided
     counts = [("accepted", week.accepted, "green"), ("rejected", week.rejected, "bold red")]
     counts += [("undecided", week.undecided, "yellow")] * bool(week.undecided)
-    for name, count, style in (*counts, ("held", week.held, "bold yellow"), ("open", others, "dim")):
+    counts.append(("held", week.held, "bold yellow"))
+    text = share_bar([(count, style) for _, count, style in counts], week.begun, WIDTH).append("\n")
+    for name, count, style in (*counts, ("open", others, "dim")):
         text.append(f"{name:<{WIDTH - 6}}").append(f"{count:>6}\n", style if count else "dim")
     if any(week.by_day):
         bars = (2 * bar for bar in blocks(week.by_day, len(_DAYS), empty=True))

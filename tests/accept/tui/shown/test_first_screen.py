@@ -6,6 +6,7 @@ import pytest
 from textual.pilot import Pilot
 
 from accept.tui.widgets.bench.units_table import UnitsTable
+from accept.tui.widgets.limit_bar import share_bar
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue.begin import Begun
 from accept.workflow.worker.judging import judge_step, judge_whole_unit
@@ -99,6 +100,16 @@ async def test_the_week_counts_what_was_begun_and_says_nothing_that_nobody_measu
         assert counts == {"accepted": "1", "rejected": "0", "held": "1", "open": "8"}
         assert "drift" not in words(pilot, "#week")  # of one value
         assert "1 of 10" in str(pilot.app.screen.query_one("#week").border_title)
+
+
+def test_the_bar_of_the_week_has_the_colour_of_each_verdict_and_no_rejected_unit_is_lost_in_it() -> None:
+    """Red before: it was green for rejected units too."""
+    bar = share_bar([(39, "green"), (1, "bold red"), (0, "yellow")], 80, 26)
+    assert [(bar.plain[span.start : span.end], span.style) for span in bar.spans] == [
+        ("━" * 13, "green"),
+        ("━", "bold red"),
+        ("┄" * 12, "dim"),
+    ]
 
 
 @pytest.mark.parametrize("size", [(80, 24), ROOM])

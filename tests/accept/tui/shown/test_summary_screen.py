@@ -7,6 +7,7 @@ from textual.widgets import DataTable
 
 from accept.tui.background.viewer import viewer
 from accept.tui.screens import summary
+from accept.tui.screens.ask import Question
 from accept.tui.screens.summary import aligned
 from accept.tui.widgets.limit_bar import LIMIT, VALUE
 from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, settled, sign_first, words
@@ -28,6 +29,32 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
         if size[0] >= 120:
             assert "Ann  APA-02 ACCEPTED" in seen
             assert " ^S  Sign and verify" in seen
+
+
+async def test_a_gauge_gives_way_before_a_verdict() -> None:
+    """Red before: `Verdict` was left out at 120 columns, beside empty rows."""
+    async with running(loader("apa"), (120, 36)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        table = pilot.app.screen.query_one("#findings", DataTable)
+        titles = ["", "Quantity", "Value ± U", "Limits", "Verdict"]
+        assert [str(column.label) for column in table.ordered_columns] == titles
+        await pilot.resize_terminal(60, 36)
+        await settled(pilot)
+        assert [str(column.label) for column in table.ordered_columns] == [*titles[:3], titles[4]]
+
+
+async def test_the_chip_beside_the_verdict_is_pressed_by_a_click() -> None:
+    async with running(size=(120, 36)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        rows = [strip.text for strip in pilot.app.screen._compositor.render_strips()]
+        row = next(n for n, row in enumerate(rows) if "^S Sign and verify" in row)
+        await pilot.click(offset=(rows[row].index("^S Sign and"), row))
+        await settled(pilot)
+        assert isinstance(pilot.app.screen, Question)
 
 
 async def test_the_verdict_has_its_room_beside_the_bar_of_scrolling() -> None:

@@ -19,7 +19,20 @@ from accept.tui.widgets.step_list import StepList
 from accept.workflow import open_bench
 from accept.workflow.instruments.port import Instruments
 from hw.records import own_record
-from tests.accept.tui.tui_help import at_rest, begin, loader, press, running, settled, shown, told, type_line, words
+from tests.accept.tui.tui_help import (
+    HEIGHTS,
+    at_rest,
+    begin,
+    fill_values,
+    loader,
+    press,
+    running,
+    settled,
+    shown,
+    told,
+    type_line,
+    words,
+)
 
 HAMMER = ("x_bending", "y_bending", "torsion_left", "torsion_top")
 
@@ -141,6 +154,36 @@ async def test_every_row_of_the_list_is_counted_or_said_to_be_optional() -> None
         await begin(pilot)
         rows = pilot.app.screen.query_one(StepList).row_count
         assert f"0 of {rows} steps  " in words(pilot, "#unit")
+
+
+async def test_a_plot_and_a_card_have_their_room_again_after_a_smaller_terminal() -> None:
+    """Red before: the plot was gone for good, and the card beside it had the rows of the smaller one."""
+    async with running(size=(120, 36)) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        await type_line(pilot, HEIGHTS)
+        result = pilot.app.screen.query_one("#findings")
+        before = len(pilot.app.screen.query(PanelView)), result.size
+        for size in ((80, 24), (120, 36), (200, 60), (120, 36)):
+            await pilot.resize_terminal(*size)
+            await settled(pilot)
+        assert (len(pilot.app.screen.query(PanelView)), result.size) == before
+        assert before[0] == 2
+
+
+async def test_a_large_terminal_has_a_large_drawing_and_the_units_before() -> None:
+    """Red before: three quarters of the rows beside typed values were empty."""
+    async with running(size=(200, 60)) as pilot:
+        for n in range(6):
+            await begin(pilot, f"APA-{20 + n}")
+            await fill_values(pilot, 0.1 * n)
+            await press(pilot, "f9", "escape", "escape")
+        await begin(pilot, "APA-11")
+        await press(pilot, "down", "enter")
+        used = sum(bool(row[70:].strip(" │")) for row in seen(pilot))
+        assert used >= 36  # of 60: more than half, where 10 were
+        titles = [str(view.border_title) for view in pilot.app.screen.query(PanelView)]
+        assert titles == ["Sensor stack, the last 6 units", "Actuator stacks, the last 6 units"]
 
 
 async def test_on_a_small_terminal_the_plot_takes_the_place_of_the_form_until_escape() -> None:

@@ -12,6 +12,7 @@ from accept.base.home import home
 from accept.judging import load_spec
 from accept.store import open_store
 from accept.store.payloads import EntryUndone
+from accept.tui.background.problems import words_of
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
@@ -142,7 +143,7 @@ class Driver:
             event = self.service.store(entry)
         except AcceptError as e:
             is_there = entry.is_file and self.service.path(entry.text).is_file()
-            self.answer(dialogue.not_stored, entry, str(e), is_there)
+            self.answer(dialogue.not_stored, entry, words_of(e), is_there)
         else:
             self.answer(dialogue.stored, entry, saved_words(event), event.data.get("origin", ""))
 

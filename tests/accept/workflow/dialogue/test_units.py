@@ -199,6 +199,11 @@ class TestTray:
         at = at_list("APA-01")
         at.press("f6", "escape")
         assert (at.said, at.asked) == (SCAN, [])
+        at.press("f6")
+        assert ("f6" in at.d.idle_keys, at.d.called["escape"]) == (True, "Tray done")  # F6 begins one, and that alone
+        at.enters("APA-02")
+        at.press("escape")
+        assert at.said.startswith("1 added. Tab: ")
         at.press("escape")
         assert at.asked == []
         at.press("escape")
