@@ -20,8 +20,8 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import ROUNDS, required_gain, settle
 from checks.gap.search.explanation import MATTERS, Explanation
 from checks.gap.search.forward import SearchResult, is_within_tolerance
-from checks.gap.statistics.adequacy import Adequacy
 from checks.gap.statistics.disagreement import left_by_cell
+from checks.gap.statistics.projected_residual import Adequacy
 from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
@@ -76,6 +76,8 @@ class NameEvidence:
         if self.best.beside:
             return settle(self.search, less.response, less.at, ROUNDS)
         known = [c for c in (self.result.base, *self.result.tried) if c.names == less.names]
+        if known and self.leaves_gap:  # it is refused whatever it gains, and the gain is only shown
+            return max(known, key=lambda c: c.lnL)
         # The base was calibrated from several places; only the way from this explanation's values is new.
         fit = self.search.fit_from_one_place if self.result.base in known else self.search.fit
         return max([*known, fit(less.response, less.at)], key=lambda c: c.lnL)
@@ -221,6 +223,11 @@ class NameEvidence:
         own = self.full.of(self.effect.name)
         others = [self.full.of(mode.name) for mode in self.full.response.unmodelled_modes]
         return _adds_mode(self.effect, own) and any(_same_pole(own, other) for other in others if POLE <= other.keys())
+
+    @property
+    def leaves_gap(self) -> bool:
+        """Return whether a channel is off by more than tolerance as a whole."""
+        return self.full.worst_G > self.table.G
 
     @property
     def leaves_residual(self) -> bool:
