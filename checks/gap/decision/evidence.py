@@ -76,8 +76,6 @@ class NameEvidence:
         if self.best.beside:
             return settle(self.search, less.response, less.at, ROUNDS)
         known = [c for c in (self.result.base, *self.result.tried) if c.names == less.names]
-        if known and self.leaves_gap:  # it is refused whatever it gains, and the gain is only shown
-            return max(known, key=lambda c: c.lnL)
         # The base was calibrated from several places; only the way from this explanation's values is new.
         fit = self.search.fit_from_one_place if self.result.base in known else self.search.fit
         return max([*known, fit(less.response, less.at)], key=lambda c: c.lnL)
@@ -223,11 +221,6 @@ class NameEvidence:
         own = self.full.of(self.effect.name)
         others = [self.full.of(mode.name) for mode in self.full.response.unmodelled_modes]
         return _adds_mode(self.effect, own) and any(_same_pole(own, other) for other in others if POLE <= other.keys())
-
-    @property
-    def leaves_gap(self) -> bool:
-        """Return whether a channel is off by more than tolerance as a whole."""
-        return self.full.worst_G > self.table.G
 
     @property
     def leaves_residual(self) -> bool:

@@ -134,7 +134,7 @@ GATES: tuple[Gate, ...] = (
     Gate(
         "gap_left",
         "leaves too much unexplained, beside which its evidence does not stand",
-        lambda e: not e.leaves_gap,
+        lambda e: not e.full.worst_G > e.table.G,
         beside=False,
     ),
     Gate(
