@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -168,8 +169,8 @@ def coarse_fits(
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
-    few = tuple(s.thinned(COARSE_BINS) for s in sets)
-    problems = [_FitProblem(response, s, free, joint) for s in _at_wider_tolerances(few)]
+    few, wider = _on_few_bins(sets)
+    problems = [_FitProblem(response, s, free, joint) for s in wider]
     ways = problems[-1:] if close else [_LogRatioProblem(response, few, free, joint), *problems]
     draws = SPREAD * np.random.default_rng(seed).standard_normal((max(starts + drawn - 1, 0), len(free)))
     with _explaining_not_held(response, sets, free):
@@ -219,11 +220,14 @@ def _sets(datasets: Dataset | Sequence[Dataset]) -> tuple[Dataset, ...]:
     return (datasets,) if isinstance(datasets, Dataset) else tuple(datasets)
 
 
-def _at_wider_tolerances(sets: tuple[Dataset, ...]) -> list[tuple[Dataset, ...]]:
-    """Return the datasets at tolerances that shrink towards their own."""
+@lru_cache(maxsize=8)
+def _on_few_bins(sets: tuple[Dataset, ...]) -> tuple[tuple[Dataset, ...], tuple[tuple[Dataset, ...], ...]]:
+    """Return few bins of the datasets, and these at tolerances that shrink towards their own. Cached with their
+    whiteners, because every start of a search asks for the same ones."""
+    few = tuple(s.thinned(COARSE_BINS) for s in sets)
     own = max(s.tolerance for s in sets)
     wider = [t for t in TOLERANCES if t > own] or [own]
-    return [tuple(replace(s, tolerance=max(s.tolerance, t)) for s in sets) for t in wider]
+    return few, tuple(tuple(replace(s, tolerance=max(s.tolerance, t)) for s in few) for t in wider)
 
 
 def _descend_through(ways: "Sequence[_FitProblem]", x: Array, move: Move | None) -> Descent:

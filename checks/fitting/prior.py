@@ -1,6 +1,6 @@
 """Priors of free parameters, independent or joint."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy import linalg
@@ -20,3 +20,9 @@ def prior_rows(free: Sequence[Free], joint: JointPrior | None = None) -> Array:
     L = linalg.cholesky(joint.covariance[np.ix_(at, at)], lower=True)
     W[np.ix_(joint_rows, joint_rows)] = linalg.solve_triangular(L, np.eye(len(at)), lower=True)
     return W
+
+
+def off_priors(free: Sequence[Free], at: Mapping[str, float], joint: JointPrior | None = None) -> Array:
+    """Return the distances (p,) of values from their priors, standard normal before any data; zero without a prior."""
+    off: Array = prior_rows(free, joint) @ np.array([at[p.name] - p.prior for p in free])
+    return off

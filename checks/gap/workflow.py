@@ -91,7 +91,8 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
     if not library.best.adequate and library.best.worst_G < search.table.G:  # chance alone says that it is not all
         library = _search_deeper(search, library)
     yield library
-    elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, MOST_ELEMENTS)
+    most = 1 if library.is_one_mode else MOST_ELEMENTS  # what one member explains is explained by no more of them
+    elements = grow(search.with_effort_of_its_own(), base, ELEMENTS, most)
     if not library.best.adequate or elements.best.score >= library.best.score:
         yield elements
     if library.is_final:
@@ -106,7 +107,7 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
                 yield library.before(explain(search, beyond, 1, 1))
             yield beside
     yield library if library.best.adequate else _search_deeper(search, library)
-    if (path := as_filter(search, library)) is not None:
+    if (path := as_filter(search, library, elements)) is not None:
         yield path
 
 

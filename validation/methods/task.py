@@ -17,14 +17,13 @@ import numpy as np
 import accept
 from checks.fitting import Dataset
 from checks.gap import Inputs
-from checks.gap.decision.verdict import named_effects
+from checks.gap.decision.build_result import named_effects
 from checks.gap.modelling.augmented import Augmented, Values
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation.inputs import Problem, prepare
 from checks.gap.search.candidates import Search
-from checks.gap.statistics.adequacy import judge
-from checks.gap.statistics.projected_residual import Projected, project
+from checks.gap.statistics.projected_residual import Projected, judge, project
 
 F_LO = 5.0  # Hz, as the method of this project
 BINS = 250  # over log f

@@ -1,4 +1,5 @@
-"""The result put together: the last fit on all bins, gates, verdict, and the gap before and after."""
+"""The result put together: the last fit on all bins, gates, names with their numbers, the gap before and after, and the
+one word ([GAP] 10 to 12)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -8,7 +9,8 @@ import numpy as np
 from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
-from checks.gap.conditions.joint import Conditions
+from checks.gap.conditions.trial import Conditions
+from checks.gap.decision.alternatives import Unnamed
 from checks.gap.decision.detection_limits import detection_limits, spring_limits
 from checks.gap.decision.elements import found_elements
 from checks.gap.decision.evidence import chance_of_gain
@@ -21,31 +23,38 @@ from checks.gap.decision.experiments import (
 from checks.gap.decision.gates import Claim, accepted, judge_claims
 from checks.gap.decision.never_worse import gaps_of, withdraw_harmful
 from checks.gap.decision.next_experiment import choose_experiments
-from checks.gap.decision.parts import all_channels_agree, beyond_parts
 from checks.gap.decision.result import (
+    AMBIGUOUS,
     EXPLAINED,
     NO_MISSING,
+    PARTLY,
+    UNEXPLAINED,
     Ambiguous,
+    FoundElement,
     Gaps,
     Named,
+    NamedValue,
+    Nameless,
     Result,
     StepShown,
     Tested,
     Tried,
 )
 from checks.gap.decision.rivals import BESIDES, RULES, indistinguishable, lags_of_bench, rivals_by
-from checks.gap.decision.unidentified import static_bend, unidentified_effects
-from checks.gap.decision.verdict import named_effects, verdict_of
+from checks.gap.decision.unidentified import all_channels_agree, beyond_parts, static_bend, unidentified_effects
 from checks.gap.effects import EFFECTS
+from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.preparation.inputs import Problem
+from checks.gap.preparation.record_faults import RecordFault
 from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
-from checks.gap.statistics.adequacy import judge
 from checks.gap.statistics.disagreement import with_disagreement
-from checks.gap.statistics.projected_residual import Projected, at_known
+from checks.gap.statistics.projected_residual import Projected, at_known, judge
 from checks.model.channel_paths import LATENCIES
+from checks.model.model import Model
+from checks.quantity import TWO_SIDED_95
 from specs.units import model_label
 
 RIVALS = 3  # in the place of an effect, that are shown
@@ -63,8 +72,7 @@ def build_result(problem: Problem, search: Search, result: SearchResult, whole: 
     rivals = (*rivals, *rivals_by(BESIDES, full, good))
     named = tuple(n for n in named if not any(n.effect in a.effects for a in rivals))
     rivals = tuple(dict.fromkeys((*rivals, *lags_of_bench(full))))
-    classes = [replace(decision, rivals=rivals).alternatives(c) for c in good]
-    elements = found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c)[0])
+    elements = elements_of(problem, replace(decision, rivals=rivals))
     proposed = _predicted(rivals)
     rivals = tuple(a for a in rivals if any(n in EFFECTS for n in a.effects) or a.or_bench)
     as_given = whole.adequate and result.best is base
@@ -196,6 +204,12 @@ def fit_all_bins(problem: Problem, c: Explanation, *, beside: bool = False) -> t
     return fit, Explanation(response, fit.at, fit.cost, problem.B, problem.table)
 
 
+def elements_of(problem: Problem, decision: FinalExplanation) -> tuple[FoundElement, ...]:
+    """Return the elements of a decision in words, each with all that does as well."""
+    classes = [decision.alternatives(c) for c in accepted(decision.claims)]
+    return found_elements(classes, decision.fit, lambda c: fit_all_bins(problem, c)[0])
+
+
 def _withdraw(
     decision: FinalExplanation, whole: Explanation, base: Explanation
 ) -> tuple[FinalExplanation, Explanation, Explanation]:
@@ -319,3 +333,58 @@ def _far(c: Explanation, most: float) -> dict[str, float]:
 def _worst(far: Mapping[str, float]) -> str:
     ranked = sorted(far.items(), key=lambda kv: -abs(kv[1]))[:3]
     return ", ".join(f"{model_label(n)} by {z:+.0f} sd" for n, z in ranked)
+
+
+def named_effects(
+    claims: Sequence[Claim],
+    final: Fit,
+    early: tuple[RecordFault, ...],
+    in_slow: Mapping[Effect, SlowFinding],
+    model: Model,
+) -> tuple[Named, ...]:
+    """Return the named effects in the order in which they were found: before the search, by it, in the slow sines.
+    claims: those that passed every gate."""
+    out = []
+    for fault in early:
+        exact = {k: NamedValue(v, v, v) for k, v in fault.parameters.items()}
+        out.append(Named(fault.effect, fault.effect.replace("_", " "), fault.words, exact, float("inf"), 0.0))
+    for claim in claims:
+        effect = claim.effect
+        if isinstance(effect, Unnamed):
+            continue
+        shown = {p.name: _fitted_value(final, effect, p.name, model) for p in effect.parameters}
+        out.append(_named(effect, shown, claim.delta_lnL, claim.p))
+    for effect, finding in in_slow.items():
+        halves = finding.half_widths
+        shown = {k: NamedValue(v, v - halves[k], v + halves[k]) for k, v in finding.values.items()}
+        out.append(_named(effect, shown, finding.delta_lnL, finding.p))
+    return tuple(out)
+
+
+def _fitted_value(final: Fit, effect: Effect, name: str, model: Model) -> NamedValue:
+    """Return a fitted value with its interval, which includes what the units of a learned batch have in common."""
+    at, (lo, hi) = final.at[f"{effect.name}.{name}"], final.interval(f"{effect.name}.{name}")
+    targets = (t for p in effect.parameters if p.name == name for t in p.targets(model))
+    common = TWO_SIDED_95 * max((abs(model.common_offset(t)) for t in targets), default=0.0)
+    half = float(np.hypot(hi - at, common))
+    return NamedValue(at, at - half, at + half) if common else NamedValue(at, lo, hi)
+
+
+def _named(effect: Effect, shown: Mapping[str, NamedValue], delta_lnL: float, p: float) -> Named:
+    """Return an effect with the sentence of these values and intervals, which `made_again` compares."""
+    words = effect.say({k: v.value for k, v in shown.items()}, {k: (v.hi - v.lo) / 2 for k, v in shown.items()})
+    return Named(effect.name, effect.title, words, shown, delta_lnL, p)
+
+
+def verdict_of(
+    adequate: bool,
+    named: Sequence[Named | FoundElement],
+    rivals: Sequence[Ambiguous],
+    missing: Sequence[Nameless],
+) -> str:
+    """Return the verdict. adequate: of the whole explanation, on unseen records; named: effects and elements."""
+    if adequate and not missing:
+        if rivals or any(isinstance(n, FoundElement) and (n.alike or len(n.places) > 1) for n in named):
+            return AMBIGUOUS
+        return EXPLAINED if named else NO_MISSING
+    return PARTLY if named or rivals else UNEXPLAINED

@@ -20,8 +20,8 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.disagreement import ROUNDS, required_gain, settle
 from checks.gap.search.explanation import MATTERS, Explanation
 from checks.gap.search.forward import SearchResult, is_within_tolerance
-from checks.gap.statistics.adequacy import Adequacy
 from checks.gap.statistics.disagreement import left_by_cell
+from checks.gap.statistics.projected_residual import Adequacy
 from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain

@@ -16,9 +16,8 @@ from checks.fitting.agreement import contradiction
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit, FitPoint, finish
 from checks.fitting.goodness import Gap, gaps
-from checks.gap.conditions.joint import Conditions, JointFit, by_data_alone
 from checks.gap.conditions.kinds import DRIVE_LEVEL
-from checks.gap.conditions.trial import ConditionTrial, together
+from checks.gap.conditions.trial import Conditions, ConditionTrial, JointFit, by_data_alone, together
 from checks.gap.decision.alternatives import Alternatives, needed_apart
 from checks.gap.decision.evidence import chance_of_gain, is_significant
 from checks.gap.decision.gates import Claim

@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     from checks.fitting.goodness import Gap
     from checks.gap.modelling.slow_sines import Slow
     from checks.gap.preparation.record_faults import RecordFault
-    from checks.gap.statistics.adequacy import ExcessBand
-    from checks.gap.statistics.projected_residual import Projected
+    from checks.gap.statistics.projected_residual import ExcessBand, Projected
 
 
 class GapVerdict(StrEnum):

@@ -33,9 +33,8 @@ from checks.gap.modelling.element import (
 from checks.gap.modelling.thresholds import Thresholds
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode, on_channel
 from checks.gap.search.explanation import Explanation, if_held
-from checks.gap.search.held_scatter import scatter_of
 from checks.gap.search.places import NOTHING_KNOWN, Places
-from checks.gap.search.residuals import SearchResiduals, with_tolerance
+from checks.gap.search.residuals import SearchResiduals, scatter_of, with_tolerance
 from checks.gap.search.screen import Score, peaks, screen
 from checks.gap.statistics.projected_residual import Projected
 
@@ -426,7 +425,7 @@ class Search:
         """Return the elements that promise about as much as a candidate gained by the member that they would replace.
         Whether another place can do it shows before any kind is fitted."""
         needed = AS_GOOD * (places.left - 2.0 * c.cost)
-        if max(places.gains.values(), default=0.0) < needed:
+        if places.largest < needed:
             return []
         absent = sorted((s for s in places.scores(kinds, known) if s.member.name not in c.names), key=lambda s: -s.net)
         # its score is that of what it is begun from: too little where da is read beside the axis
@@ -441,14 +440,18 @@ class Search:
             c, response=less, at={p.name: c.at.get(p.name, implied.get(p.name, p.prior)) for p in less.free()}
         )
 
-    def refit_from_priors(self, candidates: Sequence[Explanation]) -> list[Explanation]:
-        """Return the best few fitted once more, the model from the priors and the members from their present values."""
+    def refit_from_priors(self, candidates: Sequence[Explanation], far: float = inf) -> list[Explanation]:
+        """Return the best few fitted once more, the model from the priors and the members from their present values.
+        far: times the cost of the best, from which on such a start is no rival and is not fitted further."""
         out = []
-        for c in sorted(candidates, key=lambda c: c.cost)[:FROM_FAR]:
+        ranked = sorted(candidates, key=lambda c: c.cost)
+        for c in ranked[:FROM_FAR]:
             own = {k: v for k, v in c.at.items() if k.split(".")[0] in c.response.names}
             quick = replace(c.response, model=quicker(c.response.model))
             with suppress(ModelError):  # the strut is not held at the priors with these
-                out.append(self.refit(c.response, self._with_shrinking_tolerance(quick, own).at))
+                begun = self.begin(c.response, self._with_shrinking_tolerance(quick, own).at)
+                if begun.cost < far * ranked[0].cost:
+                    out.append(self.advance(begun, MANY))
         return out
 
     def finish_to_the_end(self, c: Explanation) -> Explanation:

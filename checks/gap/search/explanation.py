@@ -19,13 +19,12 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import FitPoint
 from checks.fitting.goodness import gaps
-from checks.fitting.prior import prior_rows
+from checks.fitting.prior import off_priors
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
-from checks.gap.statistics.adequacy import Adequacy, judge
 from checks.gap.statistics.disagreement import VALUES_PER_CELL, left_by_cell
-from checks.gap.statistics.projected_residual import Projected, at_known, project
+from checks.gap.statistics.projected_residual import Adequacy, Projected, at_known, judge, project
 
 POINT = 1.0  # of log-likelihood: what a coordinate of a free point gains by chance, and as much again
 STAND_IN = 4.6  # of log-likelihood, a ratio of 100: beside a disagreement a filter must be better by so much
@@ -109,8 +108,7 @@ class Explanation:
         disagreement, over all its sizes."""
         if not self.beside:
             return -at_known(self.response, self.unseen, self.at).cost
-        free = self.response.free(self.at)
-        off = prior_rows(free, self.response.model.joint) @ np.array([self.at[p.name] - p.prior for p in free])
+        off = off_priors(self.response.free(self.at), self.at, self.response.model.joint)
         return -0.5 * VALUES_PER_CELL * float(np.log(np.maximum(self.Q, 1.0)).sum()) - 0.5 * float(off @ off)
 
     @property

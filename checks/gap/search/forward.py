@@ -17,6 +17,7 @@ from checks.gap.search.explanation import Explanation
 from checks.gap.search.places import Places
 
 NEAR = 15.0  # of score: rivals that are compared once more beside everything else, and by full likelihood
+NEARLY_ALL = 0.75  # of what a filter explains: a rival's place has more, if its dynamic stiffness may be anything
 
 Beam = Sequence[Explanation]
 Rounds = Iterator[list[Explanation]]
@@ -132,7 +133,7 @@ def _by_elements(search: Search, beam: Beam) -> Rounds:
     search.say("looking for places of what is missing")
     found = search.add_element(beam[0])
     yield found
-    yield search.refit_from_priors(found)
+    yield search.refit_from_priors(found, NO_RIVAL)
 
 
 def _beside(search: Search, beam: Beam) -> Rounds:
@@ -154,6 +155,11 @@ def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explan
     return [c for c in found if c.lnL > before + needed]
 
 
+def _those_that_take_half(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
+    """Return those of them that take half of the misfit or more, as the better of two that explain all does."""
+    return [c for c in _those_that_progress(search, beam, found) if c.lnL > 0.5 * beam[0].lnL]
+
+
 def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
     """Return the best candidate whose new member stands in for no name, if it gains enough."""
     first = next((c for c in found if not c.added.stands_in), None)
@@ -161,7 +167,7 @@ def _first_effect(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
 
 
 LIBRARY = SearchStage(_by_library, _those_that_progress)
-ELEMENTS = SearchStage(_by_elements, _those_that_progress)
+ELEMENTS = SearchStage(_by_elements, _those_that_take_half)
 BESIDE = SearchStage(_beside, _first_effect)
 EVERYWHERE = SearchStage(_everywhere, _first_effect)
 
@@ -173,23 +179,28 @@ def explain(search: Search, base: Explanation, most: int, width: int) -> SearchR
     return found if found.best.adequate else replace(found, best=search.prune(found.best))
 
 
-def as_filter(search: Search, library: SearchResult) -> SearchResult | None:
+def as_filter(search: Search, library: SearchResult, elements: SearchResult) -> SearchResult | None:
     """Return a filter in the path of one channel, or in the drive, as an explanation of everything: the one mode that
     explains all beside the library's effects or, on the channel that any factor explains best, one beside a calibration
-    without that channel. Its rivals are those like it and the elements. None if there is no such filter."""
+    without that channel. Its rivals are those like it and the elements. None if there is no such filter.
+
+    elements: of the search for these alone, which tries none if any factor on one channel explains as much as they."""
     base = library.base
+    places = Places(base.on(search.A).seen)
     if library.is_one_mode:
         near = [c for c in library.rivals if len(c.response.counted) == 1 and c.score > library.best.score - NEAR]
         filters = [_claimed(c) for c in (library.best, *near)]
     else:
-        factors = Places(base.on(search.A).seen).factors
-        filters = search.with_effort_of_its_own().add_filter(base, max(factors, key=lambda c: factors[c]))
+        channel = max(places.factors, key=lambda c: places.factors[c])
+        filters = search.with_effort_of_its_own().add_filter(base, channel)
     filters = [c for c in filters if c.adequate and is_possible(c) and _is_bump(c)]
     if not filters:
         return None
-    search.say("looking for what does as well as a filter")
-    found = search.with_effort_of_its_own().add_element(base, in_path=True)
     first, *rivals = sorted(filters, key=lambda c: -c.score)
+    found: Beam = elements.tried
+    if not found and places.largest > NEARLY_ALL * 2.0 * (base.cost - first.cost):
+        search.say("looking for what does as well as a filter")
+        found = search.with_effort_of_its_own().add_element(base, in_path=True)
     rivals += [c for c in found if c.adequate and is_possible(c)]
     best = max((first, *rivals), key=lambda c: c.score)
     if best.score < first.score + search.table.delta_lnL:  # what an element has to gain beyond every filter
@@ -216,6 +227,8 @@ def explain_beside(search: Search, result: SearchResult) -> SearchResult:
     result: of the search for what explains everything."""
     search.say("looking beside what is left")
     base, search = result.base, search.with_effort_of_its_own()
+    if result.is_one_mode:  # then only an explanation of everything counts, which has no stand-in
+        search = replace(search, library=tuple(m for m in search.library if not m.stands_in))
     begun = [c for at in (base.at, {}) if (c := settle_if_held(search, base.response, at)) is not None]
     steps = grow(search, max(begun, key=lambda c: c.lnL), BESIDE, search.table.most_effects).steps
     if not steps:

@@ -78,10 +78,15 @@ class Places:
         return {d: self.gain_of(self.along(d)[0]) for d in directions(self.receptances.places)}
 
     @property
+    def largest(self) -> float:
+        """Return the largest of these gains."""
+        return max(self.gains.values(), default=0.0)
+
+    @property
     def in_signal_path(self) -> bool:
         """Return whether any factor on one channel explains as much as any dynamic stiffness at the best place: what is
         missing may then lie in the path of that channel. Each has one complex number for each frequency."""
-        return max(self.factors.values()) > (1.0 - EQUAL) * max(self.gains.values(), default=0.0)
+        return max(self.factors.values()) > (1.0 - EQUAL) * self.largest
 
     @cached_property
     def factors(self) -> dict[str, float]:

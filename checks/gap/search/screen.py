@@ -13,8 +13,7 @@ from checks.fitting.misplaced_modes import peaks as peaks_of
 from checks.gap.modelling.augmented import columns_of, evaluated, slope
 from checks.gap.modelling.effect import Effect, Parameter
 from checks.gap.modelling.thresholds import PER_PARAMETER
-from checks.gap.statistics.adequacy import energies
-from checks.gap.statistics.projected_residual import Projected
+from checks.gap.statistics.projected_residual import Projected, energies
 
 APART = 0.05  # of f: nearer starts are the same
 LACKS = 2.0  # times the model and its surroundings: no calibrated parameter does this

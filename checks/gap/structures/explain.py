@@ -13,14 +13,12 @@ from checks.errors import ModelError
 from checks.fitting.dataset import Dataset
 from checks.fitting.fit import Fit
 from checks.gap.calibrate import correct_records
-from checks.gap.decision.alternatives import Alternatives
-from checks.gap.decision.build_result import fit_all_bins
-from checks.gap.decision.elements import found_elements
+from checks.gap.decision.build_result import elements_of, fit_all_bins, verdict_of
+from checks.gap.decision.experiments import FinalExplanation
 from checks.gap.decision.gates import accepted, judge_claims
 from checks.gap.decision.result import UNEXPLAINED, FoundElement, GapVerdict
 from checks.gap.decision.rivals import indistinguishable
 from checks.gap.decision.unidentified import unidentified_effects
-from checks.gap.decision.verdict import verdict_of
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.element import family
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
@@ -113,8 +111,7 @@ def _explained(problem: Problem, search: Search, base: Explanation, most: int) -
     claims, _ = judge_claims(search, result, fit, best, None)
     good = accepted(claims)
     rivals = indistinguishable(result, good, problem.table)
-    classes = [Alternatives(c, rivals, result.rivals, full) for c in good]
-    elements = found_elements(classes, fit, lambda c: fit_all_bins(problem, c)[0])
+    elements = elements_of(problem, FinalExplanation(fit, full, claims, rivals, fitted=result.rivals))
     refused = () if len(good) == len(claims) else unidentified_effects(best, fit, claims, None, problem.table)
     return replace(nothing, verdict=GapVerdict(verdict_of(True, elements, rivals, refused)), elements=elements)
 

@@ -20,8 +20,7 @@ from checks.gap.modelling.thresholds import THRESHOLDS, digest
 from checks.gap.modelling.unmodelled_modes import unmodelled_modes
 from checks.gap.preparation import record_faults as early
 from checks.gap.search.candidates import Search
-from checks.gap.statistics.adequacy import judge
-from checks.gap.statistics.projected_residual import project
+from checks.gap.statistics.projected_residual import judge, project
 from checks.gap.workflow import GapRefused, check_same_unit, run
 from checks.model import Model
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut

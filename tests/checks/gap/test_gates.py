@@ -22,7 +22,7 @@ from checks.gap.modelling.unmodelled_modes import MODE, unmodelled_modes
 from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
-from checks.gap.statistics.adequacy import Adequacy, ExcessBand
+from checks.gap.statistics.projected_residual import Adequacy, ExcessBand
 from checks.model import is_mode_factor
 from tests.checks.gap.shared.gap_cases import drawn, recorded
 from validation.model_files import write_model

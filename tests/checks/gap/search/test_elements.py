@@ -2,6 +2,7 @@
 and the constant of a channel that imitates them gets no name."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,7 +15,8 @@ from checks import distributions as stats
 from checks.gap.decision.detection_limits import spring_limits
 from checks.gap.decision.result import Result
 from checks.gap.modelling.augmented import Augmented
-from checks.gap.modelling.element import Direction, directions, element, joint, kinds_at
+from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import KINDS, Direction, GenericElement, directions, element, joint, kinds_at
 from checks.gap.modelling.experiment import Experiment
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.modelling.unmodelled_modes import MODE
@@ -137,9 +139,19 @@ def test_a_damper_across_the_axis_is_found_though_the_encoder_alone_shows_it() -
     assert r.elements[0].kind == "damper"
 
 
-def test_a_resonance_of_one_channel_is_a_filter_of_it_and_no_pair_of_elements() -> None:
+def test_a_resonance_of_one_channel_is_a_filter_of_it_and_no_pair_of_elements(monkeypatch: pytest.MonkeyPatch) -> None:
     """Red while elements were not compared with a filter of one channel: two resonators, one at the sensor stack; and
-    while a filter was no explanation of a strut: a pole, without place, kind and intervals."""
+    while a filter was no explanation of a strut: a pole, without place, kind and intervals; and while elements were
+    fitted once more beside it, or in pairs where one mode explains all."""
+    begun: list[tuple[object, ...]] = []
+    begin = Search.begun_with
+
+    def counting(self: Search, base: Explanation, e: Effect, values: Mapping[str, float], steps: int) -> object:
+        if isinstance(e, GenericElement):
+            begun.append((base.names, e.name, *values.values()))
+        return begin(self, base, e, values, steps)
+
+    monkeypatch.setattr(Search, "begun_with", counting)
     given, resonance = hiding({}), {"f_Hz": 1116.0, "ratio": 0.028, "damping_ratio": 0.01}
     factor = np.stack([MODE.factor(resonance, 2j * np.pi * F), *np.ones((2, F.size))], axis=1)
     A, B = (replace(d, H=d.H * factor) for d in (given.A, given.B))
@@ -151,6 +163,8 @@ def test_a_resonance_of_one_channel_is_a_filter_of_it_and_no_pair_of_elements() 
         assert_holds(r, name, true)
     assert "mode in the path of Vs" in r.elements[0].sentence
     assert r.elements[0].experiment == Experiment.LOOP_BACK.value
+    assert len(begun) == len(set(begun))
+    assert not any(n.startswith(KINDS) for names, *_ in begun for n in names)  # on top of another element
 
 
 def test_on_the_axis_a_payload_that_rocks_is_a_mass_that_hangs() -> None:

@@ -11,8 +11,8 @@ import pytest
 from accept.models.model_file import AS_BUILT, as_weighed, open_model, open_model_file
 from checks.gap.calibrate import calibrate, search_on
 from checks.gap.decision.build_result import fit_all_bins
-from checks.gap.decision.parts import all_channels_agree, beyond_parts
 from checks.gap.decision.result import NO_MISSING, UNEXPLAINED, Result
+from checks.gap.decision.unidentified import all_channels_agree, beyond_parts
 from checks.gap.modelling.thresholds import THRESHOLDS
 from checks.gap.preparation.inputs import prepare
 from checks.gap.search.candidates import Effort
