@@ -283,7 +283,8 @@ def _cautions(cap: Capability, alarms: Collection[Alarm]) -> list[str]:
     if any(alarm.rule in (VALUE, SHIFT, DRIFT) for alarm in alarms):
         out.append("not in control: Cp and Cpk describe no stable process; Pp and Ppk describe what was delivered")
     if not cap.normal:
-        words = f"not normal (Anderson-Darling, p {cap.p_normal:.2g})"
+        chance = f"p {cap.p_normal:.2g}" if cap.p_normal > 1e-6 else "p below 1e-6"  # the approximation ends at 0
+        words = f"not normal (Anderson-Darling, {chance})"
         if cap.percentiles is None:
             out.append(f"{words}, and no distribution fits: the indices say little")
         else:
