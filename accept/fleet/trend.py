@@ -322,9 +322,9 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
             return f"{units} ({since}{there}): {size} from the mean{alarm.evidence and f'; {alarm.evidence}'}"
         case "shift":
-            return f"{shown}: the mean moved {alarm.direction} by {size}{where}"
+            return f"{shown}: the mean moved {alarm.direction} by {size.lstrip('+-')}{where}"
         case "drift":
-            return f"{shown}: drifts {alarm.direction}, by {size} over these units{where}"
+            return f"{shown}: drifts {alarm.direction}, by {size.lstrip('+-')} over these units{where}"
         case _:
             return f"{shown}: rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 
