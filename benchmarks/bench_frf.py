@@ -3,12 +3,12 @@
 Required of 3 outputs over 400,000 samples: H1 and coherence >= 12 times faster than csd + welch + coherence per output
 and at most 1.4 times the bare rfft of the same segments; local polynomials at every bin of 5 to 2000 Hz at most 4 times
 the bare rfft of the records, and at the bins that fits take, which share no neighbour, beside it; memory at most 3
-times the input; an hour in bounded memory. All of the processor.
+times the input. All of the processor.
 """
 
 import time
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import scipy.fft
@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import signal
 
 from checks.fitting.dataset import STEP
-from checks.signals.spectral.frf import h1, h1_stream
+from checks.signals.spectral.frf import h1
 from checks.signals.spectral.lpm import lpm
 
 FS, NPERSEG, N, OUTPUTS = 10_000.0, 5_000, 400_000, 3
@@ -49,13 +49,6 @@ def scipy_way(u: np.ndarray, y: dict[str, np.ndarray]) -> None:
         signal.coherence(u, channel, FS, nperseg=NPERSEG)
 
 
-def chunks(seconds: int) -> Iterator[list[np.ndarray]]:
-    """Yield a record, one second at a time."""
-    rng = np.random.default_rng(1)
-    for _ in range(seconds):
-        yield list(rng.standard_normal((1 + OUTPUTS, int(FS))))
-
-
 def main() -> None:
     rng = np.random.default_rng(0)
     u, *outputs = rng.standard_normal((1 + OUTPUTS, N))
@@ -81,9 +74,6 @@ def main() -> None:
     print(f"lpm at every {STEP}th bin, as fits take it / bare rfft of the records: {took['fits'] / took['whole']:.1f}")
     share = peak(lambda: h1(u, y, FS, NPERSEG)) / (u.nbytes * (1 + OUTPUTS))
     print(f"h1 peak memory / input, the input not counted: {share:.2f} (required <= 3)")
-    for seconds in (60, 3600):
-        megabytes = peak(lambda s=seconds: h1_stream(chunks(s), tuple(y), FS, NPERSEG)) / 1e6
-        print(f"h1 streamed, {seconds // 60} min: {megabytes:.1f} MB (required: bounded)")
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ from specs.model_sections import (
     Sensor,
     Tolerance,
 )
-from specs.strict import SpecError, Strict, Words, file_bytes, parse_as
+from specs.strict import Strict, Words, file_bytes, file_named, parse_as
 
 
 class ModelDocument(Strict):
@@ -118,19 +118,9 @@ def builtin_models() -> dict[str, Path]:
     return {p.stem: p for p in sorted((Path(str(resources.files("specs"))) / "models").glob("*.toml"))}
 
 
-def resolve_model(name: str) -> Path:
-    """Return file of a model given as a built-in name or a path. Raises SpecError."""
-    builtins = builtin_models()
-    if name in builtins:
-        return builtins[name]
-    if name.endswith(".toml"):
-        return Path(name)
-    raise SpecError(name, [f"no such model (built-in: {', '.join(builtins)}; or give a .toml file)"])
-
-
 def load_model(name: str | Path) -> ModelSpec:
     """Return model by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
-    path = resolve_model(str(name))
+    path = file_named(name, builtin_models(), "model")
     return parse_model(file_bytes(path), str(path), path.parent)
 
 

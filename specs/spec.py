@@ -13,7 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from specs.patterns import pattern_problem
 from specs.plugins import product_named
-from specs.strict import Finite, Positive, SpecError, Strict, Words, file_bytes, parse_as
+from specs.strict import Finite, Positive, Strict, Words, file_bytes, file_named, parse_as
 from specs.units import unit_of
 
 # As strict as a serial: it is in the first line of a verification, on pages and in the names of files.
@@ -198,20 +198,9 @@ def _builtin_hashes() -> dict[str, str]:
     return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in builtin().items()}
 
 
-def resolve(name: str) -> Path:
-    """Return the file of a spec given as a built-in name or a path. Raises SpecError for any other name."""
-    builtins = builtin()
-    if name in builtins:
-        return builtins[name]
-    path = Path(name)
-    if path.suffix == ".toml":
-        return path
-    raise SpecError(name, [f"no such spec (built-in: {', '.join(builtins)}; or give a .toml file)"])
-
-
 def load(name: str | Path) -> Spec:
     """Return spec by built-in name or TOML file. Raises SpecError listing every problem with its key path."""
-    path = resolve(str(name))
+    path = file_named(name, builtin(), "spec")
     return parse(file_bytes(path), str(path))
 
 

@@ -41,6 +41,13 @@ def file_bytes(path: Path) -> bytes:
         raise SpecError(str(path), [f"cannot be read: {e.strerror}"]) from e
 
 
+def file_named(name: str | Path, built_in: Mapping[str, Path], kind: str) -> Path:
+    """Return the file of a built-in name or of a path. kind: `spec`, `model`. Raises SpecError for any other name."""
+    if (found := built_in.get(str(name), Path(name))).suffix != ".toml":
+        raise SpecError(str(name), [f"no such {kind} (built-in: {', '.join(built_in)}; or give a .toml file)"])
+    return found
+
+
 def parse_as(full: type[Full], document: type[Strict], raw: bytes, name: str, **origin: str) -> Full:
     """Parse the bytes of a TOML file into a `full`: the keys of `document`, the bytes' sha256 and text, and `origin`.
 

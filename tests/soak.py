@@ -154,6 +154,7 @@ HEAVY: Mapping[str, Heavy] = {
             "test_a_payload_that_rocks_is_no_mass_on_a_spring",
             "test_bellows_that_the_calibration_has_followed_are_found_from_the_priors",
             "test_elements_of_an_independent_simulation[E-02]",
+            "test_a_bump_of_the_drive_of_a_strut_as_built_is_a_filter_of_it",
         ],
         "bellows, which are a spring; kind, place, joint and mass by their stiffness, and a factor of one channel, "
         "in TestPlaces; a spring, a mass and a resonator of linear structures, in test_linear.py; crosstalk without "

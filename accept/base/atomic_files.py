@@ -23,6 +23,8 @@ HEADS: Mapping[str, tuple[bytes, ...]] = {  # how the files begin that this prog
     ".html": (b"<",),
 }
 
+_TIMES = (b"t", b"time")  # columns with which a recording begins
+
 _UMASK = os.umask(0o077)  # can only be read by setting it; here, before any thread is there
 os.umask(_UMASK)
 
@@ -43,6 +45,17 @@ def check_place(path: Path, kind: str = "") -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(there))
     if path.is_file():
         _check_replaced(path, kind or path.suffix.lower())
+
+
+def check_table(path: Path, content: bytes) -> None:
+    """Raise ReplaceError if a table would replace one of other columns, such as a recording that belongs to no unit. An
+    earlier output with more or fewer columns begins with the same one, unless that is the time."""
+    if path.is_file():
+        with path.open("rb") as file:
+            before, now = file.readline(len(content)).strip(), content.partition(b"\n")[0].strip()
+        first = now.partition(b",")[0]
+        if before and before != now and (first.lower() in _TIMES or before.partition(b",")[0] != first):
+            raise ReplaceError(_OTHER.format(path, ".csv"))
 
 
 def check_places(*paths: Path | None, **kinds: Path | None) -> None:

@@ -23,12 +23,11 @@ defer()  # before anything here loads pyHanko
 
 if TYPE_CHECKING:
     from accept.certificate.certify import Issuer, drawn, sign_into
-    from accept.certificate.contents.bench_laboratory import laboratory_of
     from accept.certificate.contents.content import CertificateContent, ContentError
     from accept.certificate.contents.disposition import DispositionError, parse_disposition, parse_signing_reason
     from accept.certificate.contents.gathering import content_of
     from accept.certificate.contents.iso17025 import missing_statements
-    from accept.certificate.contents.laboratory import LABORATORY_FILE
+    from accept.certificate.contents.laboratory import LABORATORY_FILE, laboratory_of
     from accept.certificate.contents.outcome import InvalidCertificate
     from accept.certificate.contents.provenance import Provenance, needs_reason
     from accept.certificate.signature.signing import SigningRefused

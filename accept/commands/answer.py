@@ -17,7 +17,7 @@ from rich import box
 from rich.table import Column, Table
 from rich.text import Text
 
-from accept.base.atomic_files import check_place, write_atomic
+from accept.base.atomic_files import check_place, check_table, write_atomic
 from accept.base.console import clear_errors, say, stdout, tell
 from accept.base.documents.document import Document
 from accept.base.exit_codes import Exit
@@ -157,6 +157,8 @@ def _write(file: File) -> None:
         sys.stdout.flush()
         return
     check_place(file.place)
+    if file.place.suffix.lower() == ".csv":
+        check_table(file.place, content)
     write_atomic(file.place, content)
     if file.announced:
         say(f"{file.place}: written")

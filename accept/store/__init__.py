@@ -15,8 +15,7 @@ from specs import door
 if TYPE_CHECKING:
     from accept.store.backup import back_up, restore
     from accept.store.chain import START, StoreHead
-    from accept.store.errors import Overtaken, StoreError
-    from accept.store.event import Event, NewEvent
+    from accept.store.event import Event, NewEvent, Overtaken, StoreError
     from accept.store.folding import TECHNICIAN, Signature, UnitState, after, fold, undone
     from accept.store.indexes import TABLE
     from accept.store.instrument_recall import touched

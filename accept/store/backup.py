@@ -13,8 +13,7 @@ from accept.base.atomic_files import write_atomic
 from accept.store import indexes, tables
 from accept.store.chain import START, StoreHead
 from accept.store.engine import appending, reported
-from accept.store.errors import StoreError
-from accept.store.event import Event
+from accept.store.event import Event, StoreError
 from accept.store.opening import open_store
 from accept.store.store import Store
 from specs.files import json_of

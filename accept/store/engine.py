@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from sqlalchemy import URL, Connection, Engine, create_engine, event, func, select, text
 from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
 
-from accept.store.errors import StoreError
+from accept.store.event import StoreError
 from specs.distribution import install
 
 OTHER_PLACE = "make it writable, or set ACCEPT_HOME to a folder that is"

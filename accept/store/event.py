@@ -1,4 +1,4 @@
-"""One event: its fields, and the hash that ties it to the event before."""
+"""One event: its fields, and the hash that ties it to the event before; and the errors of the store."""
 
 import hashlib
 import json
@@ -8,7 +8,16 @@ from typing import Any
 
 from accept.base.names import shown_name
 from accept.base.plain_text import as_utf8
-from accept.store.errors import StoreError
+from specs.errors import AcceptError
+
+
+class StoreError(AcceptError, RuntimeError):
+    """The store cannot be used; the text states its name, the reason and the remedy."""
+
+
+class Overtaken(StoreError):
+    """Another program stored an event about the unit since the writer read them: nothing was stored. Read again."""
+
 
 GENESIS = "0" * 64  # stands for the event before the first
 
@@ -51,10 +60,7 @@ class Event:
     @property
     def intact(self) -> bool:
         """Whether the hash is that of the content; never if a field has another type, such as bytes."""
-        fields = (
-            self.seq, self.time, self.who, self.what, self.subject, self.spec, self.code, self.payload, self.prev,
-            self.hash,
-        )  # fmt: skip
+        fields = tuple(vars(self).values())  # in the order above
         typed = type(self.seq) is int and all(type(value) is str for value in fields[1:])
         return typed and digest(*fields[:-1]) == self.hash
 

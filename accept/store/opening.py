@@ -14,7 +14,7 @@ from accept.base.home import HomeError, home
 from accept.base.plain_text import without_secrets
 from accept.store import indexes, tables
 from accept.store.engine import appending, make_engine, reported, snapshot
-from accept.store.errors import StoreError
+from accept.store.event import StoreError
 from accept.store.seal import Anchor, Sealer
 from accept.store.store import Store
 
@@ -52,7 +52,10 @@ def open_store(
         _warn_of_open_home(Path(str(parsed.database)).parent)
     anchor = Anchor.beside(parsed)
     file = Path(str(parsed.database)) if anchor else None
-    store = Store(engine, where, anchor, _sealer(parsed, file, bench), file)
+    sealer = _sealer(parsed, file, bench)
+    if file is None and sealer is not None:  # of a server this bench keeps the last event that it wrote
+        anchor = Anchor(sealer.file.with_suffix(".head"))
+    store = Store(engine, where, anchor, sealer, file)
     log.info("store %s opened", where)
     if check:
         try:

@@ -9,8 +9,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from accept.base.documents.document import Document, DocumentError, Number, only_if, unwritten
 from accept.base.documents.results import CONCESSION, Information, UnitRecord
-from accept.store.errors import StoreError
-from accept.store.event import Event, NewEvent
+from accept.store.event import Event, NewEvent, StoreError
 from checks.cause import Reason
 from checks.verdict import Finding
 
@@ -407,8 +406,8 @@ class RunOpened(Payload, what="run_opened"):
 
 @dataclass(frozen=True)
 class StepEntry:
-    """An entry at a step. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit states
-    it."""
+    """An entry at a step, or a note. seq, who: those of its event; on: the day of measuring, ISO, as the fold of a unit
+    states it."""
 
     seq: Annotated[int, *unwritten(0)] = field(default=0, kw_only=True)
     who: Annotated[str, *unwritten("")] = field(default="", kw_only=True)
@@ -490,7 +489,7 @@ class NotedFile(Document):
 
 
 @dataclass(frozen=True)
-class StepNoted(Payload, what="step_noted"):
+class StepNoted(StepEntry, Payload, what="step_noted"):
     """The operator wrote a note."""
 
     step: str
@@ -503,6 +502,11 @@ class StepNoted(Payload, what="step_noted"):
         """Return the note as it stands in `unit.toml` and on the certificate, with the hashes of its files."""
         files = "".join(f"; file {file.name}, SHA-256 {file.sha256}" for file in self.files)
         return f"{self.text}{files} ({who})"
+
+    @property
+    def pictures(self) -> list[str]:
+        """Return the pictures that the certificate shows."""
+        return [file.printed for file in self.files if file.printed and not self.internal]
 
 
 _HASHED = re.compile(r"; file ([^;]+), SHA-256 [0-9a-f]{64}")

@@ -20,7 +20,7 @@ from sqlalchemy import URL, Connection, text
 
 from accept.base.atomic_files import write_atomic, write_new
 from accept.store.chain import StoreHead
-from accept.store.errors import StoreError
+from accept.store.event import StoreError
 from specs.files import json_of, read_bounded
 
 OLDEST_S = 24 * 3600.0  # a seal is valid for a day: then the chain is walked whole, even if the file is unchanged
@@ -173,7 +173,8 @@ OWNER_WRITES = 0o644  # whatever the umask: another user of the machine must not
 
 @dataclass(frozen=True)
 class Anchor:
-    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it."""
+    """File that holds one head. It is written after the commit, so it may lag behind the store but never lead it. Of a
+    server each bench has one, of the last event that it wrote itself."""
 
     path: Path
 

@@ -16,8 +16,7 @@ from accept.base.version import code_sha256
 from accept.store import indexes, tables
 from accept.store.chain import START, ChainBreak, StoreHead, first_problem, misfit
 from accept.store.engine import appending, reconnecting, reported, snapshot
-from accept.store.errors import Overtaken, StoreError
-from accept.store.event import Event, NewEvent, sealed
+from accept.store.event import Event, NewEvent, Overtaken, StoreError, sealed
 from accept.store.folding import NAMING, is_named
 from accept.store.payloads import Payload
 from accept.store.seal import Anchor, Sealer, SignedHead, file_looks, rows_look
@@ -63,8 +62,9 @@ class Store:
     @property
     def end_is_kept(self) -> bool:
         """Whether this bench keeps an earlier end of the chain, with which the present one is compared: beside the file
-        of the database or, for a server, in its seal."""
-        return self._anchor is not None or (self.sealer is not None and self.sealer.read(old_too=True) is not None)
+        of the database or, for a server, in its own folder."""
+        written = self._file is not None or (self._anchor is not None and self._anchor.path.exists())
+        return written or (self.sealer is not None and self.sealer.read(old_too=True) is not None)
 
     @property
     def is_made(self) -> bool:
@@ -101,6 +101,8 @@ class Store:
             looks = before or rows_look(connection, seal.head.seq)
             if head is None or looks != seal.looks or self._tail_problem(connection, seal.head, head) is not None:
                 return False
+            if self._file is None and tables.foreign_columns(connection):  # the seal of a file is of its tables too
+                return False
             self._made = seal.made
             self._hold(connection, head, before)
             return True
@@ -119,9 +121,9 @@ class Store:
             anchors = self._anchors(None)
         except ValueError as e:
             return ChainBreak(0, str(e))
-        if self._anchor and self._anchor.read() is None and head != START:
+        if self._anchor and self._file and self._anchor.read() is None and head != START:
             return ChainBreak(0, f"{self._anchor.path.name} is missing")
-        last = sealed
+        last, kept = sealed, {a.seq: a for a in anchors.values()}
         ordered = select(tables.events).where(tables.events.c.seq >= sealed.seq).order_by(tables.events.c.seq)
         for number, event in enumerate(map(_event, connection.execute(ordered))):
             if number == 0:
@@ -133,6 +135,8 @@ class Store:
             if indexes.lacking(connection, event):  # appended by an accept without this index
                 return ChainBreak(event.seq, f"an index lacks event {event.seq}")
             last = _head_of(event)
+            if kept.get(last.seq, last) != last:
+                return ChainBreak(last.seq, f"event {last.seq} is not the one that was kept")
         ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
 
@@ -243,9 +247,12 @@ class Store:
         found = self._read(_wanted(subject, what).order_by(tables.events.c.seq.desc()).limit(1))
         return found[0] if found else None
 
-    def newest(self, what: str, count: int, before: int | None = None) -> list[Event]:
-        """Return the last events of this kind, below a number if given, the newest first. Raises as `events`."""
+    def newest(self, what: str, count: int, before: int | None = None, bench: str = "") -> list[Event]:
+        """Return the last events of this kind, below a number if given, the newest first. bench: only those of which it
+        is the bench, by its public key: others share the store. Raises as `events`."""
         wanted, seq = _wanted(None, what), tables.events.c.seq
+        if bench:
+            wanted = wanted.where(tables.events.c.payload.contains(f'"bench":"{bench}"', autoescape=True))
         return self._read((wanted if before is None else wanted.where(seq < before)).order_by(seq.desc()).limit(count))
 
     def last_of_each(self, what: str) -> Iterator[Event]:
@@ -341,7 +348,7 @@ class Store:
         if row is None:
             return ChainBreak(0, "the row of table head is missing or altered")
         # Asked after the events were seen: the file is there before the first of them is.
-        if self._anchor is not None and row != START and self._anchor.read() is None:
+        if self._anchor is not None and self._file and row != START and self._anchor.read() is None:
             return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
         ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
         with connection.execute(ordered) as rows:
@@ -409,7 +416,7 @@ class Store:
         except ValueError as e:
             raise StoreError(f"{self.where}: {e}") from e
         if kept is None:
-            return head == START
+            return head == START or self._file is None
         if kept in (head, START):
             return True
         there = select(tables.events.c.hash).where(tables.events.c.seq == kept.seq)

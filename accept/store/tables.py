@@ -15,6 +15,7 @@ from sqlalchemy import (
     insert,
     inspect,
     literal_column,
+    text,
 )
 
 from accept.base.spelling import LOOKS, UNSEEN
@@ -114,13 +115,31 @@ def present(connection: Connection) -> set[str]:
     return found | {name for name in LATER if has_index(connection, name)}
 
 
+# What PostgreSQL answers by: plain tables without policies, rules, children and other triggers, columns of the types
+# above, and only built-in operators for built-in types: any other may compare differently.
+_SERVER_COLUMNS = """
+SELECT r.name || '.' || a.attname AS found FROM unnest(CAST(:names AS text[])) AS r (name)
+JOIN pg_catalog.pg_class c ON c.oid = to_regclass(r.name) JOIN pg_catalog.pg_attribute a ON a.attrelid = c.oid
+WHERE c.relkind = 'r' AND NOT (c.relrowsecurity OR c.relhasrules OR c.relhassubclass OR c.relispartition)
+AND NOT EXISTS (SELECT FROM pg_catalog.pg_trigger t WHERE t.tgrelid = c.oid AND t.tgname <> 'events_append_only')
+AND a.attnum > 0 AND NOT a.attisdropped AND a.attgenerated = ''
+AND a.atttypid IN (20, 23, 25) AND a.attcollation IN (0, 100)
+UNION ALL SELECT 'operator ' || o.oprname FROM pg_catalog.pg_operator o
+JOIN pg_catalog.pg_type l ON l.oid = o.oprleft JOIN pg_catalog.pg_type r ON r.oid = o.oprright
+WHERE 11 NOT IN (o.oprnamespace) AND 11 IN (l.typnamespace) AND 11 IN (r.typnamespace)
+"""
+
+
 def foreign_columns(connection: Connection) -> list[str]:
     """Return the columns that differ from those of this schema, as `table.column`. A view, which may show other rows to
-    the next question, has none; nor has a virtual table, which may be one."""
-    found = inspect(connection)
-    names = found.get_table_names()
+    the next question, has none; nor has a virtual table, which may be one, or a table with policies or rules."""
+    found, names = inspect(connection), {*metadata.tables}
     if connection.dialect.name == "sqlite":
         real = "SELECT name FROM sqlite_master WHERE sql LIKE 'CREATE TABLE %'"
-        names = [*connection.exec_driver_sql(real).scalars()]
-    have = {f"{name}.{c['name']}" for name in {*names} & {*metadata.tables} for c in found.get_columns(name)}
+        names &= {*connection.exec_driver_sql(real).scalars()}
+        have = {f"{name}.{c['name']}" for name in names for c in found.get_columns(name)}
+    elif connection.scalar(text("SELECT pg_catalog.current_schemas(true)"))[:1] != ["pg_catalog"]:
+        return ["search_path"]  # operators of another schema would come first
+    else:
+        have = {*connection.scalars(text(_SERVER_COLUMNS), {"names": sorted(names)})}
     return sorted(have ^ {f"{t.name}.{c.name}" for t in metadata.sorted_tables for c in t.columns})

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from accept.units import unit_folder
-from accept.units.unit_entry import FileEntry, UnitSection
-from accept.units.unit_experiments import EXPERIMENTS
+from accept.units.unit_entry import EXPERIMENTS, FileEntry, UnitSection
 from accept.units.unit_folder import UNIT_FILE, UnitFolder, inside, record_channels, vet_shared
 from checks.cause import Cause, Reason, because
 from checks.declare import CsvTable, Series, Values

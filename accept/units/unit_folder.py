@@ -17,8 +17,7 @@ from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
 from accept.units.attempts import last_attempt
-from accept.units.unit_entry import UnitSection, section_of
-from accept.units.unit_experiments import Experiments, experiments_of
+from accept.units.unit_entry import Experiments, UnitSection, experiments_of, section_of
 from checks.acceptance import CHECKS, RESERVED
 from checks.declare import Check, Series
 from checks.errors import RecordError

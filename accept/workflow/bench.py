@@ -173,9 +173,3 @@ class Workbench:
                 f"nothing was taken from {taken.path}: it is of a simulated unit, {session.serial} is measured here"
             ]
         return [] if taken is None else adopt(session, taken)
-
-    def doubt(self, serial: str) -> str | None:
-        """Return the question about a serial that looks like a known one, or about the unit folder that is continued
-        and is called like another one; None without a doubt. Raises StoreError."""
-        taken = self.taken if self.taken is not None and self.taken.serial == serial else None
-        return self.services.serial_doubt(self.store, serial, taken)

@@ -15,8 +15,7 @@ from checks.declare import Check, Form, Guide, Series, Setting, Values
 from checks.picture import Band, Line, Panel, PanelKind
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record, motion_of
-from checks.signals.slow.cycles import Cycle, last_cycles
-from checks.signals.slow.loops import ScalarEstimate, longest_stand, thin
+from checks.signals.slow.loops import Cycle, ScalarEstimate, last_cycles, longest_stand, thin
 from checks.signals.slow.regression import least_squares
 from specs.bench import GAIN_UM_PER_V, RECORDED_V
 from specs.spec import CheckSpec

@@ -16,7 +16,7 @@ from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
 from checks.signals.record_checks import mismatches, overload
 from checks.signals.slow.highpass import HighPass, fit_highpass
-from checks.signals.spectral.segments import Segments
+from checks.signals.spectral.segments import spectra
 from specs.spec import CheckSpec
 
 UF = 1e-6
@@ -173,12 +173,10 @@ def _panels(values: Values, fitted: HighPass, top_Hz: float) -> dict[str, Panel]
 def _frf(record: Record, top_Hz: float) -> tuple[Array, Array]:
     """Return the H1 of Vs over Va for the picture: f (F,) [Hz] and complex H (F,), long Hann windows."""
     n = record.t.size // SHOWN_SEGMENTS
-    segments = Segments(2, record.fs, n)
-    segments.feed([record["Va"], record["Vs"]])
-    spectra = segments.spectra()
-    f, power = spectra.f, spectra.S[:, 0, 0].real
+    averaged = spectra([record["Va"], record["Vs"]], record.fs, n)
+    f, power = averaged.f, averaged.S[:, 0, 0].real
     shown = (f >= 2 * f[1]) & (f <= top_Hz) & (power > 0)
-    return f[shown], spectra.S[shown, 1, 0] / power[shown]
+    return f[shown], averaged.S[shown, 1, 0] / power[shown]
 
 
 _CHANNELS = {"t": "s", "Va": "V", "Vs": "V"}

@@ -179,7 +179,7 @@ def _quantities(name: str, mode: Mode | Reason, spec: CheckSpec) -> tuple[Quanti
     if isinstance(mode, Reason):
         return Quantity.missing(names[0], mode), Quantity.missing(names[1], mode)
     damping = _quantity(names[1], 100 * mode.damping_ratio, 100 * mode.u_damping, 100 * mode.u_damping_model, spec)
-    return _quantity(names[0], mode.f_Hz, mode.u_f_Hz, mode.u_f_model_Hz, spec), damping
+    return _quantity(names[0], mode.f_Hz, mode.u_Hz, mode.u_Hz_model, spec), damping
 
 
 def _quantity(name: str, value: float, u: float, u_model: float, spec: CheckSpec, like: str = "") -> Quantity:
@@ -201,7 +201,7 @@ def _harmonic(name: str, order: int, found: HammerResponse | Reason, first: Mode
     nearest = min(found.modes, key=lambda m: abs(m.f_Hz - wanted))
     if abs(nearest.f_Hz - wanted) > HARMONIC_WITHIN * wanted:
         return Quantity.missing(label, because(Cause.NO_HARMONIC, within=HARMONIC_WITHIN, f_Hz=wanted))
-    return _quantity(label, nearest.f_Hz, nearest.u_f_Hz, nearest.u_f_model_Hz, spec, f"{name}_Hz")
+    return _quantity(label, nearest.f_Hz, nearest.u_Hz, nearest.u_Hz_model, spec, f"{name}_Hz")
 
 
 def _notes(

@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from accept.certificate.contents.bench_laboratory import Laboratory
-from accept.certificate.contents.laboratory import LABORATORY_FILE, method_of
+from accept.certificate.contents.laboratory import LABORATORY_FILE, Laboratory, method_of
 from accept.units import UnitFolder
 from specs.files import UNIT_FILE
 from specs.spec import Spec

@@ -1,8 +1,10 @@
-"""The keys of `laboratory.toml`: what each certificate of a bench states of the laboratory ([ISO17025] 7.8.2.1)."""
+"""`laboratory.toml` in the folder of the bench (`ACCEPT_HOME`): what each of its certificates states of the laboratory
+([ISO17025] 7.8.2.1). An absent key is left out of the certificate, and `accept spec check --iso17025` names it."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from string import Formatter
 from typing import Annotated, Any
 
@@ -10,7 +12,7 @@ from pydantic import ConfigDict, Field, field_validator
 
 from accept.base.documents.document import Document, only_if
 from checks.acceptance import CHECKS
-from specs.strict import Strict, Words
+from specs.strict import Strict, Words, file_bytes, parse_as
 
 LABORATORY_FILE = "laboratory.toml"
 OTHERS = "others"  # method of the checks that have none of their own
@@ -96,3 +98,24 @@ def number_of(scheme: str, serial: str, attempt: int, year: int, taken: Collecti
     number = scheme.format(serial=serial, attempt=attempt, year=year)
     again = (f"{number}-{n}" for n in range(2, len(taken) + 3))
     return number if number not in taken else next(other for other in again if other not in taken)
+
+
+class Laboratory(LaboratoryFile):
+    """A `laboratory.toml` that was read."""
+
+    sha256: str
+    text: str
+    path: str
+
+
+def laboratory_of(home: Path) -> Laboratory | None:
+    """Return the content of a bench's `laboratory.toml`, None without that file. Raises SpecError."""
+    path = home / LABORATORY_FILE
+    if not path.exists():
+        return None
+    return parse_as(Laboratory, LaboratoryFile, file_bytes(path), str(path), path=str(path))
+
+
+def contents_of(laboratory: LaboratoryFile) -> dict[str, Any]:
+    """Return the keys of the file that are given, as `LaboratoryFile` takes them."""
+    return laboratory.model_dump(include=set(LaboratoryFile.model_fields), exclude_defaults=True)

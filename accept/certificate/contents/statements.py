@@ -15,7 +15,7 @@ from typing import Any
 from cryptography import x509
 from cryptography.x509.oid import NameOID
 
-from accept.base.documents.manifest import hashes
+from accept.base.documents.manifest import ModelFiles, hashes
 from accept.base.documents.results import ALIKE, CONFIRMED, NAME
 from accept.certificate.contents.content import MANIFEST, PANELS, RESULTS, SPEC, CertificateContent
 from accept.certificate.contents.provenance import (
@@ -91,25 +91,28 @@ def spec_words(contents: CertificateContent) -> str:
     return f"{named}; NOT APPROVED{': ' + str(approval['reason']) if approval.get('reason') else ''}"
 
 
-def models_words(contents: CertificateContent) -> str:
-    """Return the model files, and the bench that one of them was learned on."""
-    named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(contents.models).items() for f, digest in files.items()]
-    learned = (_learned_bench(name, content) for files in contents.models.values() for name, content in files.items())
+def models_words(models: Mapping[str, ModelFiles]) -> str:
+    """Return the model files, and the bench and the units that one of them was learned from."""
+    named = [f"{n} ({f} {digest[:12]})" for n, files in hashes(models).items() for f, digest in files.items()]
+    learned = (_learned(name, content) for files in models.values() for name, content in files.items())
     return "; ".join([*named, *(words for words in learned if words)])
 
 
-def _learned_bench(name: str, content: bytes) -> str:
+def _learned(name: str, content: bytes) -> str:
     if not name.endswith(".toml"):
         return ""
     try:
-        bench = tomllib.loads(content.decode()).get("learned_bench")
+        model = tomllib.loads(content.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError):
         return ""
-    if not isinstance(bench, Mapping):
+    bench, batch = model.get("learned_bench"), model.get("population")
+    learned = bench if isinstance(bench, Mapping) else batch
+    if not isinstance(learned, Mapping):
         return ""
-    units = [str(serial) for serial in bench.get("units", [])]
-    day = f" on {bench['learned_on']}" if bench.get("learned_on") else ""
-    return f"compared on a bench learned{day} from {len(units)} units: {', '.join(units)}"
+    units = [str(serial) for serial in learned.get("units", [])]
+    day = f" on {learned['learned_on']}" if learned.get("learned_on") else ""
+    how = "compared on a bench learned" if learned is bench else "learned"
+    return f"{how}{day} from {len(units)} units: {', '.join(units)}"
 
 
 def attempt_words(contents: CertificateContent) -> str:
@@ -274,7 +277,7 @@ ROWS: dict[str, Callable[[CertificateContent], str]] = {  # in the order of page
     "Methods": methods_words,
     "Sampling": lambda contents: contents.stated.laboratory.sampling if contents.stated.laboratory else "",
     "Spec": spec_words,
-    "Models": models_words,
+    "Models": lambda contents: models_words(contents.models),
     "Attempt": attempt_words,
     "Amended": amended_words,
     "Signed": signed_words,

@@ -4,6 +4,7 @@ document, so that it can be verified without them later that its certificates we
 The servers are asked before the signature is made and the answers written with it, so it covers them too.
 """
 
+import asyncio
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from pyhanko_certvalidator.errors import PathError, RevokedError, ValidationErro
 
 from specs.errors import AcceptError
 
-ANSWER_S = 10  # for each of the authority's servers
+ALL_S = 60.0  # for all of the authority's servers together
 FRESH_S = 600.0  # a batch asks once for all that it signs in this time
 
 
@@ -63,7 +64,7 @@ async def revocation_data(stamping: TimeStamper, roots: Sequence[x509.Certificat
 
 
 async def _ask(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> RevocationData:
-    from pyhanko_certvalidator.fetchers.requests_fetchers import RequestsFetcherBackend  # loads requests
+    from accept.certificate.signature.servers import BoundedBackend  # loads requests
 
     token = await stamping.async_dummy_response("sha256")
     carried = [choice.chosen for choice in token["content"]["certificates"]]
@@ -71,15 +72,16 @@ async def _ask(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> Revo
         trust_roots=[*loaded(roots), *(c for c in carried if c.self_issued)],
         other_certs=carried,
         allow_fetching=True,
-        fetcher_backend=RequestsFetcherBackend(ANSWER_S),
+        fetcher_backend=BoundedBackend(),
     )
     try:
         found = stamping.validation_paths(context)  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
-        chains = [list(path) async for path in found]
+        async with asyncio.timeout(ALL_S):
+            chains = [list(path) async for path in found]
     except RevokedError as e:
         raise AuthorityRevoked(f"the time stamping authority's certificate is revoked: {e}") from e
-    except (PathError, ValidationError):
-        return RevocationData()  # its root is not known here: whose answers they would be cannot be said
+    except (PathError, ValidationError, TimeoutError):
+        return RevocationData()  # no answer; or its root is not known here: whose answers they would be cannot be said
     return RevocationData([c for chain in chains for c in chain], context.crls, context.ocsps)
 
 

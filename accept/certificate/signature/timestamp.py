@@ -6,12 +6,10 @@ authority's own certificates come with it, so that it can be verified when the a
 
 import asyncio
 import hashlib
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
-from threading import Thread
 from typing import Any
 
 from asn1crypto import cms, tsp
@@ -76,36 +74,17 @@ class _Client(TimeStamper):
 
     async def async_request_tsa_response(self, req: tsp.TimeStampReq) -> tsp.TimeStampResp:
         """Return the answer of the server. Raises TimestampRequestError, ValueError."""
-        found = list[bytes | Exception]()
-        Thread(target=self._ask, args=(req.dump(), found), daemon=True).start()  # one that hangs holds nothing up
-        until = time.monotonic() + TIMEOUT_S
-        while not found:
-            if time.monotonic() > until:
-                raise TimestampRequestError(f"no answer within {TIMEOUT_S:g} s")
-            await asyncio.sleep(0.005)
-        if isinstance(found[0], TimestampRequestError):
-            raise found[0]
-        if isinstance(found[0], Exception):  # whose own words repeat the address, with its secrets
-            raise TimestampRequestError(f"it cannot be reached ({type(found[0]).__name__})") from found[0]
-        return tsp.TimeStampResp.load(found[0])
-
-    def _ask(self, request: bytes, found: list[bytes | Exception]) -> None:
-        import requests  # only if needed
+        from accept.certificate.signature.servers import ServerError, fetch  # loads requests
 
         try:
-            with requests.post(
-                self.url, request, headers=set_tsp_headers({}), timeout=TIMEOUT_S, stream=True
-            ) as answer:
-                if answer.headers.get("Content-Type") != "application/timestamp-reply":
-                    raise TimestampRequestError(f"it answered {answer.status_code}, and no timestamp")
-                content = b""
-                for piece in answer.iter_content(1024):
-                    content += piece
-                    if len(content) > LARGEST:
-                        raise TimestampRequestError(f"its answer has more than {LARGEST} bytes")
-            found.append(content)
-        except Exception as e:  # noqa: BLE001 - said by who waits for it
-            found.append(e)
+            answer = await fetch("POST", self.url, TIMEOUT_S, LARGEST, data=req.dump(), headers=set_tsp_headers({}))
+        except ServerError as e:
+            raise TimestampRequestError(str(e)) from e
+        except Exception as e:  # whose own words repeat the address, with its secrets
+            raise TimestampRequestError(f"it cannot be reached ({type(e).__name__})") from e
+        if answer.headers.get("Content-Type") != "application/timestamp-reply":
+            raise TimestampRequestError(f"it answered {answer.status_code}, and no timestamp")
+        return tsp.TimeStampResp.load(answer.content)
 
 
 def stamper(url: str) -> TimeStamper:

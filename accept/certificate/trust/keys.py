@@ -364,8 +364,8 @@ def passphrase(given: str | None = None, prompt: Callable[[], str] | None = None
 
 def check_name(name: str) -> None:
     """Raise KeysError if a certificate cannot hold the name."""
-    if not name.strip() or not name.isprintable() or len(name) > 64:
-        raise KeysError(f"name {name!r}: expected 1 to 64 printable characters; no key was made")
+    if not name.strip() or not name.isprintable() or len(name) > 64 or "=" in name:  # as in "Bob, OU=technician"
+        raise KeysError(f"name {name!r}: expected 1 to 64 printable characters without '='; no key was made")
     if len(mixed := scripts(name)) > 1:
         words = " and ".join(sorted(s.capitalize() for s in mixed))
         raise KeysError(f"name {name!r}: has letters of several scripts ({words}), which look alike; no key was made")

@@ -10,9 +10,8 @@ from pathlib import Path
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from accept.base.documents.results import UnitRecord
-from accept.certificate.contents.bench_laboratory import contents_of, laboratory_of
 from accept.certificate.contents.content import CertificateContent, hashes_of, signed_text
-from accept.certificate.contents.laboratory import number_of, statement_of
+from accept.certificate.contents.laboratory import contents_of, laboratory_of, number_of, statement_of
 from accept.certificate.contents.provenance import (
     AT_THE_BENCH,
     Earlier,

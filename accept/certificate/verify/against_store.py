@@ -207,10 +207,13 @@ def _uncalibrated(store: Store, contents: CertificateContent, own: Event) -> Ite
     """Yield that no calibration is stated where one of its bench's last judgements stated one for the same checks: who
     leaves the bench file out would hide that an instrument has expired."""
     days = {each.check: contents.record.measured.get(each.check, own.time[:10]) for each in contents.record.findings}
-    before = store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq) if contents.record.calibration is None else ()
-    bench = own.data.get("bench")
-    for result in (UnitJudged.of(each).result for each in before if each.data.get("bench") == bench):
-        given = result.calibration or {}
+    bench = contents.stated.head_bench or ""  # who wrote the judgement may have left its bench out
+    stated = contents.record.calibration is not None
+    for event in () if stated else store.newest(UnitJudged.KIND, _LOOKED_AT, own.seq, bench):
+        result = event.data.get("result")
+        if event.data.get("bench", "") != bench or (isinstance(result, dict) and not result.get("calibration")):
+            continue  # of another bench, or states none either: it is not decoded
+        given = UnitJudged.of(event).result.calibration or {}
         if rows := [row for row in given.get("instruments", ()) if row["check"] in days]:
             ended = {f", expired on {row['due']}" for row in rows if (row["due"] or "9999") < days[row["check"]]}
             names = listed(sorted({quoted(row["name"]) for row in rows}))

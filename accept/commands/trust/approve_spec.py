@@ -6,12 +6,14 @@ from typing import Annotated
 from typer import Argument
 
 from accept.base.home import home
+from accept.certificate.contents.statements import models_words
 from accept.certificate.trust import keys, spec_approval
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, command
 from accept.commands.options import QaPassphrase
 from accept.commands.trust.bench_keys import qa_credential
 from accept.judging import load_spec
+from accept.models.evidence import evidence_of, named_models
 from accept.store import Event, open_store
 from accept.store.payloads import SpecApproved
 from specs.spec import Spec
@@ -26,7 +28,9 @@ def run(file: Annotated[str, Argument(help="TOML file of the spec.")], passphras
     with open_store() as store:
         store.write(SpecApproved(approval), who=credential.person, spec=f"{spec.name}@{spec.sha256}")
     place = spec_approval.write(home(), approval)
-    return Answer(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}")
+    models = models_words(evidence_of(named_models(spec)))
+    covers = f"\nwith its model files: {models}" if models else ""
+    return Answer(f"{spec.name}, sha256 {spec.sha256}: approved by {credential.person}; {place}{covers}")
 
 
 def approval_words(spec: Spec) -> str | None:

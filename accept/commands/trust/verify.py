@@ -57,7 +57,9 @@ class VerifyOptions:
 
     trust: Annotated[list[Path] | None, Option(help="CA certificate to trust, not this bench's.")] = None
     records: LargeRecords = None
-    require: Annotated[str, Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")] = ""
+    require: Annotated[
+        str | None, Option(help="Also require: accepted,countersigned,approved,current,serial=SERIAL.")
+    ] = None
     spec: Annotated[str | None, Option("--spec", help="The spec that it must have been judged by.")] = None
     demo: Annotated[bool, Option("--demo", help="A certificate of `accept demo`.")] = False
     tsa_trust: Annotated[list[Path] | None, Option(help="Root of a time stamping authority to trust.")] = None
@@ -75,12 +77,12 @@ def run(
     json: JsonAnswer = None,
 ) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
-    required = [word.strip() for word in options.require.split(",") if word.strip()]
+    required = [] if options.require is None else [word.strip() for word in options.require.split(",")]
     unknown = [word for word in required if word not in REQUIREMENTS and not word.startswith(SERIAL)]
-    if unknown:
+    if unknown:  # also an empty one: a script whose variable is not set would require nothing
         choices = ", ".join((*REQUIREMENTS, f"{SERIAL}SERIAL"))
-        raise RequirementError(f"--require {unknown[0]}: expected one or more of {choices}")
-    wanted_spec = load(options.spec).sha256 if options.spec else None
+        raise RequirementError(f"--require {unknown[0] or 'nothing'}: expected one or more of {choices}")
+    wanted_spec = None if options.spec is None else load(options.spec).sha256
     if as_table or len(certificates) > 1 or certificates[0].is_dir():
         package = evidence_in(certificates[0]) if len(certificates) == 1 else None
         options = options if package is None else _trusting(options, certificates[0])

@@ -6,6 +6,7 @@ another unit, or the serial looks like one that the store had before, a person c
 or the unit is conditional at best.
 """
 
+import hashlib
 import re
 from collections.abc import Mapping
 
@@ -42,7 +43,7 @@ def doubted_folder(store: Store, unit: UnitFolder, confirmed_by: str = "") -> di
     last = store.latest(unit.serial, UnitJudged.KIND)
     if last is not None and not confirmed_by:
         judged = UnitJudged.of(last)
-        same = judged.inputs.get(UNIT_FILE) == unit.input_hashes()[UNIT_FILE]
+        same = judged.inputs.get(UNIT_FILE) == hashlib.sha256(unit.text).hexdigest()
         if same and judged.result.folder.get(NAME) == name:
             confirmed_by = judged.result.folder.get(CONFIRMED, "")
     return {NAME: name} | ({CONFIRMED: confirmed_by} if confirmed_by else {}) | alike

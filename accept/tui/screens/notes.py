@@ -1,19 +1,18 @@
 """A note on a step, with a photo or another file."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 from textual.widget import AwaitMount
 
 from accept.store import Event
+from accept.store.payloads import StepNoted
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Question, QuestionLine
 from accept.workflow.dialogue.turn import Toast
 from accept.workflow.effects.serve_step import saved_title
 from accept.workflow.entry.parse_entry import parse_path
 from accept.workflow.entry.record_folder import new_photo
-from accept.workflow.session.undo import entry_words
-from accept.workflow.state.unit_state import Note
+from accept.workflow.session.entries import entry_words
 from accept.workflow.steps.plan import WorkflowStep
 
 _TEXT, _WRONG, _FILE, _SHOWN = range(4)
@@ -31,9 +30,7 @@ def ask_note(screen: Scanning, step: WorkflowStep, then: Callable[[Event], None]
     """Ask for a note on a step and keep it; awaited, keys that follow wait for the question. A nonconformance is what
     was found wrong with the part. A photo that was just taken is proposed."""
     session, records = screen.session, screen.bench.records
-    noted = {
-        Path(file).name for each in session.steps for note in session.state(each.name).notes for file in note.files
-    }
+    noted = {f.name for each in session.steps for note in session.state(each.name).notes for f in note.files}
     photo = new_photo(records)
     lines = (
         QuestionLine("Note"),
@@ -65,10 +62,10 @@ def ask_note(screen: Scanning, step: WorkflowStep, then: Callable[[Event], None]
     return screen.app.push_screen(Question(f"Note on {step.title}", earlier or "No notes yet.", lines, problem), keep)
 
 
-def note_words(note: Note) -> str:
+def note_words(note: StepNoted) -> str:
     """Return a note as the screens show it, with the names of its files."""
-    files = f" [{', '.join(note.files)}]" if note.files else ""
-    internal = "" if note.line else ", not on the certificate"
+    files = f" [{', '.join(file.name for file in note.files)}]" if note.files else ""
+    internal = ", not on the certificate" if note.internal else ""
     internal += ", printed on the certificate" if note.pictures else ""
     return f"{'! ' if note.nonconformance else '✎ '}{note.text}{files} ({note.who}{internal})"
 

@@ -37,9 +37,8 @@ from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import step as dialogue
 from accept.workflow.dialogue import step_effects as do
-from accept.workflow.dialogue.fields import FieldPlace
 from accept.workflow.dialogue.step_effects import Do
-from accept.workflow.dialogue.step_state import StepDialogue, Turn
+from accept.workflow.dialogue.step_state import FieldPlace, StepDialogue, Turn
 from accept.workflow.effects.serve_step import StepService, changed_words, saved_words
 from accept.workflow.entry.record_folder import age_words
 from accept.workflow.session import Session

@@ -8,7 +8,7 @@ from accept.pictures.words import pretty
 from accept.store.payloads import StepJudged
 from accept.tui.widgets.limit_bar import after_number, alike, numbers
 from accept.tui.widgets.text_entry import TextEntry
-from accept.workflow.dialogue.fields import FieldPlace
+from accept.workflow.dialogue.step_state import FieldPlace
 from accept.workflow.state.unit_state import StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
 from accept.workflow.steps.section import repeated

@@ -48,8 +48,11 @@ class BeginService:
         return Overview(units, queues(units, self.bench.specs), week_of(units, datetime.now().astimezone()))
 
     def doubt(self, begun: Begun) -> str | None:
-        """Return why a serial is asked about before its unit is begun, None without a doubt."""
-        return None if begun.confirmed else self.bench.doubt(begun.serial)
+        """Return the question about a serial that looks like a known one, or about the unit folder that is continued
+        and is called like another one; None without a doubt."""
+        bench, taken = self.bench, self.bench.taken
+        own = taken if taken is not None and taken.serial == begun.serial else None
+        return None if begun.confirmed else bench.services.serial_doubt(bench.store, begun.serial, own)
 
     def add(self, begun: Begun) -> bool | str:
         """Begin a unit of a tray unless it is in doubt: return the doubt, else whether it is new."""

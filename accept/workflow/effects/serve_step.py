@@ -6,15 +6,14 @@ from pathlib import Path
 
 from accept.store import Event
 from accept.workflow.bench import Workbench
-from accept.workflow.dialogue.fields import FieldPlace, places
 from accept.workflow.dialogue.step_effects import Recognize, StoreEntry
-from accept.workflow.dialogue.step_state import StepFacts
+from accept.workflow.dialogue.step_state import FieldPlace, StepFacts, places
 from accept.workflow.dialogue.turn import Toast
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.entry.record_folder import Proposals
 from accept.workflow.instruments.port import InstrumentPort
 from accept.workflow.session import Session
-from accept.workflow.session.undo import entry_words
+from accept.workflow.session.entries import entry_words
 from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.unit_list import Queue
 from checks.declare import CsvTable, Form, Series

@@ -12,7 +12,7 @@ from accept.capture.recipes import GROUPS, POINTS_MM, RECIPES
 from accept.capture.recorded import RECORDED
 from accept.workflow.instruments.port import InstrumentPort, Instruments
 from checks.acceptance import CHECKS
-from checks.declare import Check, Series
+from checks.declare import Series
 from hw.errors import SettingsError
 from hw.instruments import Instrument as Driver
 from hw.instruments import Traffic, open_instrument
@@ -109,7 +109,7 @@ class BenchInstruments(Instruments):
     def serving(self, check: str, name: str, index: int | None) -> InstrumentPort | None:
         """Return the first instrument that measures this check, if the check's value is a reading: a value that is
         derived from records, such as a stroke, has no instrument."""
-        if check not in CHECKS or is_derived(CHECKS[check]):
+        if check not in CHECKS or any(isinstance(i, Series) for i in CHECKS[check].inputs.values()):
             return None
         found = self._measuring(check)
         return None if found is None else replace(found, set_up=partial(self._set_up, name, index))
@@ -186,11 +186,6 @@ def bounded(traffic: Sequence[Traffic], most: int = MOST_TRAFFIC) -> list[Traffi
     gone = len(traffic) - most
     words = f"{gone} earlier lines are not kept here".encode()
     return [Traffic(traffic[gone].t, "note", words), *traffic[gone:]]
-
-
-def is_derived(check: Check) -> bool:
-    """Return whether a check's numbers come from records."""
-    return any(isinstance(i, Series) for form in check.forms for i in form.inputs)
 
 
 def _no_operator(words: str) -> str:

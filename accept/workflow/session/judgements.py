@@ -43,6 +43,7 @@ class Judgements:
         self._result: tuple[Given, UnitRecord] | None = None
         self._held: tuple[int, Sequence[str]] | None = None
         self._compared: tuple[int, Sequence[Finding]] | None = None
+        self._open: tuple[int, Sequence[WorkflowStep]] | None = None
 
     def status(self, step: WorkflowStep) -> Status:
         status = status_of(step, self._unit.state(step.name), self.of_step(step.name))
@@ -79,7 +80,7 @@ class Judgements:
 
     def _own(self, step: str) -> StepJudged | None:
         """Return the stored judgement of a step by itself, if it still holds."""
-        return judgement_of(self._unit.state(step), self._unit.spec_name, code_sha256())
+        return judgement_of(self._unit.state(step), self._unit.spec_name)
 
     def _consistent(self) -> Sequence[Finding]:
         """Return the findings of all steps that are judged; without a result where steps contradict each other, or
@@ -118,9 +119,12 @@ class Judgements:
         return self._panels.get(key, {})
 
     @property
-    def waiting(self) -> list[WorkflowStep]:
-        states = {step.name: self._unit.state(step.name) for step in self._unit.steps}
-        return open_steps(self._unit.steps, states, self._unit.spec_name, code_sha256())
+    def waiting(self) -> Sequence[WorkflowStep]:
+        """Return the steps that are not complete; asked for at every key, so found once for the last event."""
+        if self._open is None or self._open[0] != self._unit.run.seq:
+            states = {step.name: self._unit.state(step.name) for step in self._unit.steps}
+            self._open = self._unit.run.seq, open_steps(self._unit.steps, states, self._unit.spec_name)
+        return self._open[1]
 
     @property
     def unjudged(self) -> list[WorkflowStep]:

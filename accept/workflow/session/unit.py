@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -36,36 +37,34 @@ def _locked(folder: Path) -> FileLock:
     return lock
 
 
+@dataclass(eq=False, repr=False)
 class OpenUnit:
     """Holds the lock of its unit until `close`. refuse: raises EntryError if a text that is about to be stored is a
-    passphrase of this bench."""
+    passphrase of this bench; the others as `open_session` has them."""
 
-    def __init__(
-        self,
-        store: Store,
-        home: Path,
-        spec: Spec,
-        operator: str,
-        serial: str,
-        refuse: Callable[[Iterable[str]], None],
-        stated: BenchFile | None = None,
-        training: bool = False,
-        simulated: bool = False,
-    ) -> None:
-        """Open a unit, as `open_session` describes it. Raises EntryError, UnitBusy, StoreError, OSError."""
-        if problem := serial_problem(serial, spec):
-            raise EntryError(f"serial '{serial}': {problem}")
-        self.store, self.home, self.spec, self.operator, self.serial = store, home, spec, operator, serial
-        self.steps, self.stated, self.training, self.refuse = steps_of(spec), stated, training, refuse
-        self.simulates = training or simulated or (stated is not None and stated.simulated)
-        self.spec_name = f"{spec.name}@{spec.sha256}"
+    store: Store
+    home: Path
+    spec: Spec
+    operator: str
+    serial: str
+    refuse: Callable[[Iterable[str]], None]
+    stated: BenchFile | None
+    training: bool
+    simulated: bool
+
+    def __post_init__(self) -> None:
+        """Open the unit. Raises EntryError, UnitBusy, StoreError, OSError."""
+        if problem := serial_problem(self.serial, self.spec):
+            raise EntryError(f"serial '{self.serial}': {problem}")
+        self.steps, self.spec_name = steps_of(self.spec), f"{self.spec.name}@{self.spec.sha256}"
+        self.simulates = self.training or self.simulated or (self.stated is not None and self.stated.simulated)
         self.mutex = threading.RLock()
-        self._lock = _locked(home / "units" / serial)
+        self._lock = _locked(self.home / "units" / self.serial)
         try:
-            self.events = list(store.events(serial))
-            self.run = fold_run(serial, self.events)
-            if self.run.attempt is None and (known := store.other_spelling(serial)) is not None:
-                raise EntryError(mistaken_for(serial, known))
+            self.events = list(self.store.events(self.serial))
+            self.run = fold_run(self.serial, self.events)
+            if self.run.attempt is None and (known := self.store.other_spelling(self.serial)) is not None:
+                raise EntryError(mistaken_for(self.serial, known))
         except BaseException:
             self._lock.release()
             raise

@@ -25,20 +25,6 @@ from accept.units import attempt_folder
 
 
 @dataclass(frozen=True)
-class Note:
-    """A note on a step. nonconformance: its description; line: as it stands on the certificate, "" if it stays off;
-    files: names of its photos and other files; pictures: names of those that the certificate shows."""
-
-    seq: int
-    who: str
-    text: str
-    nonconformance: bool
-    line: str
-    files: tuple[str, ...] = ()
-    pictures: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class StepState:
     """Entries at a step since it was last measured anew. earlier: entries of the rounds before, which stay; refused:
     records that could not be taken and in whose place nothing was given since, by input; unusable: when [s since 1970]
@@ -47,7 +33,7 @@ class StepState:
     entries: tuple[ValueTaken | RecordLinked, ...] = ()
     earlier: tuple[ValueTaken | RecordLinked, ...] = ()
     reasons: tuple[str, ...] = ()
-    notes: tuple[Note, ...] = ()
+    notes: tuple[StepNoted, ...] = ()
     judgements: Mapping[int, StepJudged] = field(default_factory=dict)
     refused: Mapping[str, RecordRefused] = field(default_factory=dict)
     unusable: Mapping[str, float] = field(default_factory=dict)
@@ -163,11 +149,8 @@ def _changed(serial: str, attempt: Attempt, event: Event, payload: Payload | Non
             state = attempt.step(step)
             unusable = {**state.unusable, refused.origin: refused.written}
             return _with_state(attempt, step, refused={**state.refused, name: refused}, unusable=unusable)
-        case StepNoted(step, text, nonconformance) as noted:
-            line = "" if noted.internal else noted.line(event.who)
-            pictures = tuple(file.printed for file in noted.files if file.printed and line)
-            files = tuple(file.name for file in noted.files)
-            note = Note(event.seq, event.who, text, nonconformance, line, files, pictures)
+        case StepNoted(step) as noted:
+            note = replace(noted, seq=event.seq, who=event.who)
             return _with_step(attempt, event, step, notes=(*attempt.step(step).notes, note))
         case StepRemeasured(step, reason):
             state = attempt.step(step)

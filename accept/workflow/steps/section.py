@@ -7,7 +7,7 @@ from datetime import date
 from statistics import fmean, stdev
 from typing import Any
 
-from accept.store.payloads import MARK, ValueTaken
+from accept.store.payloads import MARK, RecordLinked, ValueTaken
 from accept.units import TYPED
 from accept.workflow.state.unit_state import Attempt, StepState
 from accept.workflow.steps.plan import WorkflowStep, is_needed
@@ -158,17 +158,20 @@ def _sources(step: WorkflowStep, state: StepState) -> list[str]:
     return list(dict.fromkeys(reading.source for readings in taken for reading in readings))
 
 
-def value_words(name: str, index: int | None, value: float, unit: str) -> str:
-    """Return a value that was entered with the name of its input: `height 3 4.95 um`."""
+def entry_words(entry: ValueTaken | RecordLinked) -> str:
+    """Return the file of an entry, or its value with the name of its input: `height 3 4.95 um`."""
+    if isinstance(entry, RecordLinked):
+        return entry.file
+    name = entry.input
     declared = next((check.inputs[name] for check in CHECKS.values() if name in check.inputs), None)
-    if index is not None:
-        called = f"{getattr(declared, 'item', name)} {index + 1}"
+    if entry.index is not None:
+        called = f"{getattr(declared, 'item', name)} {entry.index + 1}"
     else:
         called = name if declared is None else declared.label
-    return f"{called} {value:.6g} {unit}".strip()
+    return f"{called} {entry.value:.6g} {entry.unit}".strip()
 
 
 def note_lines(state: StepState) -> list[str]:
     """Return the certificate's lines on a step: measured anew and why, notes, nonconformances."""
     again = [f"measured again: {reason}" for reason in state.reasons]
-    return again + [f"{MARK if n.nonconformance else ''}{n.line}" for n in state.notes if n.line]
+    return again + [f"{MARK if n.nonconformance else ''}{n.line(n.who)}" for n in state.notes if not n.internal]

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from enum import Enum
 
+from accept.base.version import code_sha256
 from accept.pictures import signs
 from accept.store.payloads import StepJudged
 from accept.workflow.state.unit_state import Attempt, StepState
@@ -43,10 +44,10 @@ def of_findings(findings: Iterable[Finding]) -> Status:
     return next((status for status in _WORST_FIRST if status in found), Status.TAKEN)
 
 
-def judgement_of(state: StepState, spec: str, code: str) -> StepJudged | None:
-    """Return the judgement that still holds: same entries, same spec, same program."""
+def judgement_of(state: StepState, spec: str) -> StepJudged | None:
+    """Return the judgement that still holds: same entries, same spec, by this program."""
     last = state.judgements.get(state.upto)
-    return last if last is not None and (last.spec, last.code) == (spec, code) else None
+    return last if last is not None and (last.spec, last.code) == (spec, code_sha256()) else None
 
 
 def status_of(step: WorkflowStep, state: StepState, judgement: StepJudged | None) -> Status:
@@ -63,9 +64,7 @@ def state_of(attempt: Attempt, step: WorkflowStep) -> StepState:
     return replace(own, entries=read.entries, refused=read.refused) if step.derived else own
 
 
-def open_steps(
-    steps: Iterable[WorkflowStep], states: Mapping[str, StepState], spec: str, code: str
-) -> list[WorkflowStep]:
+def open_steps(steps: Iterable[WorkflowStep], states: Mapping[str, StepState], spec: str) -> list[WorkflowStep]:
     """Return the steps that are not complete, in order; at the first of them a restarted workflow stands.
 
     A step is complete if all its inputs were given, or if it was judged without an optional input and every quantity
@@ -76,7 +75,7 @@ def open_steps(
         state = states.get(step.name, StepState())
         if not ready(step, state):
             return False
-        judgement = judgement_of(state, spec, code)
+        judgement = judgement_of(state, spec)
         if step.derived:
             return judgement is not None
         return full(step, state) or (judgement is not None and of_findings(judgement.findings) is not Status.NO_RESULT)

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from accept.base.documents.results import unit_word
-from accept.base.version import code_sha256
 from accept.store import Store
-from accept.store.payloads import AttemptStarted, RecordLinked, UnitJudged, ValueTaken
+from accept.store.payloads import AttemptStarted, UnitJudged
 from accept.workflow.state.unit_state import Attempt, StepState, fold_run
 from accept.workflow.steps.plan import WorkflowStep, needs_rig, steps_of
-from accept.workflow.steps.section import ready, value_words
+from accept.workflow.steps.section import entry_words, ready
 from accept.workflow.steps.status import UNFINISHED, Status, judgement_of, of_findings, open_steps, state_of, status_of
 from checks.verdict import Finding, UnitVerdict
 from specs.spec import Spec
@@ -199,18 +198,18 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
     )
     if entries:
         first, last = entries[0], entries[-1]
-        words, entered, measured = _entry_words(last), times[last.seq], times[first.seq]
+        words, entered, measured = entry_words(last), times[last.seq], times[first.seq]
         unit = replace(unit, last=words, entered_by=last.who, entered=entered, measured=measured)
     return unit if attempt.kind not in specs else _with_steps(unit, attempt, specs[attempt.kind])
 
 
 def _with_steps(unit: KnownUnit, attempt: Attempt, spec: Spec) -> KnownUnit:
-    steps, judged_by = steps_of(spec), (f"{spec.name}@{spec.sha256}", code_sha256())
+    steps, spec_name = steps_of(spec), f"{spec.name}@{spec.sha256}"
     states = {step.name: state_of(attempt, step) for step in steps}
-    waiting = [step.name for step in open_steps(steps, states, *judged_by)]
+    waiting = [step.name for step in open_steps(steps, states, spec_name)]
     found = dict[str, Sequence[Finding]]()
     for step in steps:  # of the unit's verdict where it has one, else of the step's own judgement if that still holds
-        own = judgement_of(states[step.name], *judged_by)
+        own = judgement_of(states[step.name], spec_name)
         found[step.name] = () if own is None else own.findings
         if attempt.judged is not None:
             found[step.name] = [each for each in attempt.judged.result.findings if each.check == step.name]
@@ -231,9 +230,3 @@ def _mark(step: WorkflowStep, state: StepState, found: Sequence[Finding], stands
     if any(note.nonconformance for note in state.notes) and status in (*UNFINISHED, Status.PASS):
         status = Status.HELD
     return IN_HAND if step.name == stands_at and status is Status.NOT_DONE else (status.mark, status.style)
-
-
-def _entry_words(entry: ValueTaken | RecordLinked) -> str:
-    if isinstance(entry, RecordLinked):
-        return entry.file
-    return value_words(entry.input, entry.index, entry.value, entry.unit)

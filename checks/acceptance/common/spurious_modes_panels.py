@@ -7,7 +7,7 @@ import numpy as np
 from checks.declare import Values
 from checks.picture import Band, Item, Line, Mark, Panel
 from checks.signals.impact.hammer import HammerTest, ImpactFrf
-from checks.signals.impact.impact_panels import impacts_panel
+from checks.signals.impact.impacts import impacts_panel
 from checks.signals.impact.modal_fit import Mode
 
 

@@ -22,7 +22,8 @@ LEAST = 1e-5  # kg that hangs: less is not seen
 LEVER = 1e-4  # m2: of a rotation's values, a lever of a centimetre
 OFF_AXIS_MM, REACH_MM = 15.0, 60.0
 BESIDE_THE_AXIS = ("top_interface", "bottom_interface")  # where an element along z may sit beside the axis
-ACROSS = frozenset({"top_joint", "bottom_joint", "sensor_stack", "actuator_stack", "apa"})
+STACKS = frozenset({"sensor_stack", "actuator_stack"})
+ACROSS = STACKS | {"top_joint", "bottom_joint", "apa"}
 OF_PLACE = {"payload": "z", "sensor_stack": "x", "actuator_stack": "x", "head": "xyz", "ruler": "xyz"}
 OF_APA = ("z", "Rx", "Ry", "Rz")  # what two ends of a body that turns as a whole keep
 
@@ -107,8 +108,11 @@ def parts_of(member: object) -> list[GenericElement]:
 
 
 def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
-    """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a mass on
-    the payload is an effect of the library."""
+    """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a stack is
+    solid, so nothing swings in it, and what would is a filter of the drive or of Vs; a mass on the payload is an effect
+    of the library."""
+    if place in STACKS:
+        kinds = [k for k in kinds if k != RESONATOR]
     if BETWEEN in place:
         kinds = [k for k in kinds if k != HOLDER]
     kinds = [k for k in kinds if k not in (JOINT, ROCKING)]

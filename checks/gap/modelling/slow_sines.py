@@ -22,8 +22,7 @@ from checks.cause import NoResult
 from checks.gap.modelling.thresholds import Thresholds
 from checks.model.learned_bench import LearnedBench
 from checks.record import Record
-from checks.signals.slow.cycles import last_cycles
-from checks.signals.slow.loops import ScalarEstimate
+from checks.signals.slow.loops import ScalarEstimate, last_cycles
 
 SPREAD = 1e-4  # of the height: what the model of a loop itself may be wrong by
 MANY = 2  # amplitudes at least

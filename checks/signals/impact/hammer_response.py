@@ -7,9 +7,8 @@ from checks.errors import RecordError
 from checks.picture import Mark, Panel
 from checks.record import Record
 from checks.signals.impact.hammer import HammerTests, analyse_records
-from checks.signals.impact.impact_panels import impacts_panel
 from checks.signals.impact.impact_response import fates, impact_frf, impact_modes
-from checks.signals.impact.impacts import Impact, ImpactRules, is_upright
+from checks.signals.impact.impacts import Impact, ImpactRules, impacts_panel, is_upright
 from checks.signals.impact.modal_fit import Mode
 from checks.signals.record_response import RecordResponse
 from checks.signals.spectral.bode import bode

@@ -1,7 +1,7 @@
 """Frequency responses with their uncertainty, and the averaged estimate H1."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from checks.arrays import Array, Complex
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals.spectral.segments import Segments, Spectra
+from checks.signals.spectral.segments import spectra
 
 Mask = NDArray[np.bool_]
 
@@ -109,45 +109,15 @@ def h1(u: Array, y: Array | Mapping[str, Array], fs: float, nperseg: int, *, inp
     u : (N,) input; y : (N,), (N, C) or name -> (N,) outputs, sampled together at fs [Hz]. Hann segments of nperseg
     samples, half overlapped, the mean of each segment removed. The last bins of the grid (0 Hz
     and half of fs) are real numbers and have half the degrees of freedom. Biased low at peaks narrower than the window,
-    and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf."""
-    outputs = named(y)
-    return h1_stream([[u, *outputs.values()]], tuple(outputs), fs, nperseg, input=input)
-
-
-def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
-    """Return `h1` of channels of a record with segments of segment_s [s]. Raises RecordError if a channel is missing,
-    ValueError if the record is shorter than two segments that share half of their samples."""
-    if not 1.5 * segment_s * record.fs <= record.t.size:
-        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
-    columns = {name: record[name] for name in outputs}
-    return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
-
-
-def h1_stream(
-    chunks: Iterable[Sequence[Array]],
-    channels: tuple[str, ...],
-    fs: float,
-    nperseg: int,
-    *,
-    input: str = "u",
-) -> Frf:
-    """Return `h1` of a record that comes in chunks: each the input (n,) followed by one (n,) array per channel, any n.
-
-    Memory is bounded by the largest chunk and one batch of segments."""
-    if not channels:
-        raise ValueError("no output channel given")
-    segments = Segments(1 + len(channels), fs, nperseg)
-    for chunk in chunks:
-        segments.feed(chunk)
-    return from_spectra(segments.spectra(), channels, input)
-
-
-def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf:
-    """Return the H1, coherence and covariance of averaged spectra whose channel 0 is the input.
+    and by noise on u ([BP10] ch. 6, 9). Raises ValueError for fewer than two segments, unequal lengths, NaN or inf.
 
     nu = n - 1 with n effective segments; C = (S_yy - S_yu S_uy / S_uu) / (S_uu nu), whose diagonal is |H|^2 (1 -
     coherence) / (coherence nu) ([PS12] 2.5)."""
-    S, nu = spectra.S, spectra.effective - 1.0
+    outputs = named(y)
+    if not outputs:
+        raise ValueError("no output channel given")
+    averaged = spectra([u, *outputs.values()], fs, nperseg)  # channel 0 is the input
+    S, nu = averaged.S, averaged.effective - 1.0
     Suu, Syu = S[:, 0, 0].real, S[:, 1:, 0]
     powered = Suu > power_floor(Suu)
     safe = np.where(powered, Suu, 1.0)
@@ -159,17 +129,26 @@ def from_spectra(spectra: Spectra, channels: tuple[str, ...], input: str) -> Frf
     Syy = np.einsum("fcc->fc", S[:, 1:, 1:]).real
     explained = (Syu.real**2 + Syu.imag**2) / np.where(Syy > 0.0, Syy, 1.0) / safe[:, None]
     return Frf(
-        f=spectra.f,
+        f=averaged.f,
         H=H,
-        channels=channels,
+        channels=tuple(outputs),
         input=input,
         coherence=np.where(powered[:, None], np.minimum(explained, 1.0), 0.0),
         cov=guarded_covariance(rest, powered),
         nu=np.full(Suu.shape, nu),
-        correlation=spectra.correlation,
+        correlation=averaged.correlation,
         estimator="h1",
-        segments=spectra.segments,
+        segments=averaged.segments,
     )
+
+
+def h1_record(record: Record, input: str, outputs: Sequence[str], segment_s: float = 0.5) -> Frf:
+    """Return `h1` of channels of a record with segments of segment_s [s]. Raises RecordError if a channel is missing,
+    ValueError if the record is shorter than two segments that share half of their samples."""
+    if not 1.5 * segment_s * record.fs <= record.t.size:
+        raise ValueError(f"segments of {segment_s:g} s: the record's {record.t.size / record.fs:g} s do not hold two")
+    columns = {name: record[name] for name in outputs}
+    return h1(record[input], columns, record.fs, max(4, round(segment_s * record.fs)), input=input)
 
 
 def quantile(p: float, nu: Array) -> Array:

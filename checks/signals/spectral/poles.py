@@ -9,6 +9,7 @@ Only the poles are unknowns of the iteration: residues and polynomials are elimi
 Jacobian in the form of [KAUFMAN75]). The model is analytic in its complex unknowns, so complex least squares
 suffices."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.record import Record
+from checks.rounding import with_U
 from checks.signals.spectral.recursion import moving_mean
 from checks.signals.spectral.transform import transform
 
@@ -27,6 +29,50 @@ _ITERATIONS = 30
 _CONVERGED = 1e-4  # of the noise of one bin: a hundredth of a standard error
 _DEPENDENT = 1e-4  # remainder of a column of length 1 after the others
 _FLOOR = 1e-10  # smallest noise over the largest transform: numbers without noise still need a weight
+
+
+U_CLOCK = 2e-4  # relative, k = 2, as the specs state it: the converters' clock has not been compared with another
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRoot:
+    """A pole or zero s from a fit. f_Hz: undamped natural frequency |s|/2 pi; damping_ratio: -Re s/|s|. u_*: standard
+    uncertainties from the scatter, u_*_model from one order more of the polynomials."""
+
+    f_Hz: float
+    damping_ratio: float
+    u_Hz: float
+    u_Hz_model: float
+    u_damping: float
+    u_damping_model: float
+
+    def __repr__(self) -> str:
+        f, damping = with_U(self.f_Hz, 2.0 * math.hypot(self.u_Hz, self.u_Hz_model)), self.damping_ratio
+        return f"{type(self).__name__}({f} Hz, damping ratio {with_U(damping, self.U_damping)}; k = 2)"
+
+    @property
+    def U_Hz(self) -> float:
+        """Return U of the frequency [Hz] (k = 2) from scatter, model, and the clock by which the record was sampled."""
+        return math.hypot(2.0 * math.hypot(self.u_Hz, self.u_Hz_model), U_CLOCK * self.f_Hz)
+
+    @property
+    def U_damping(self) -> float:
+        """Return U of the damping ratio (k = 2) from scatter and model."""
+        return 2.0 * math.hypot(self.u_damping, self.u_damping_model)
+
+
+def root_numbers(f: complex, u: float, finer: complex | None) -> dict[str, float]:
+    """Return the numbers of a `FittedRoot`. f: its complex frequency [Hz], u: standard uncertainty of the real and of
+    the imaginary part; finer: the frequency with one order more, None if that fit failed."""
+    size = abs(f)
+    return {
+        "f_Hz": size,
+        "damping_ratio": f.imag / size,
+        "u_Hz": u,
+        "u_Hz_model": math.inf if finer is None else abs(abs(finer) - size),
+        "u_damping": u / size,
+        "u_damping_model": math.inf if finer is None else abs(finer.imag / abs(finer) - f.imag / size),
+    }
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,17 @@ import numpy as np
 
 from checks.arrays import Array, Complex
 from checks.distributions import f as f_distribution
-from checks.rounding import with_U
-from checks.signals.spectral.poles import PoleFit, PoleWindow, basis, eliminate, enough_bins, fit_poles, with_noise_of
+from checks.signals.spectral.poles import (
+    FittedRoot,
+    PoleFit,
+    PoleWindow,
+    basis,
+    eliminate,
+    enough_bins,
+    fit_poles,
+    root_numbers,
+    with_noise_of,
+)
 
 CHANCE = 1e-3  # probability of a false pole, over the whole range that is searched
 ORDER = 4  # of the polynomials beside the poles
@@ -24,44 +33,16 @@ CANDIDATE_BINS = 500  # the grid is tried on so many bins; its best is fitted an
 _NONE = np.zeros(0, dtype=complex)
 
 
-U_CLOCK = 2e-4  # relative, k = 2, as the specs state it: the converters' clock has not been compared with another
-
-
-@dataclass(frozen=True, eq=False)
-class Resonance:
-    """Resonance of a record. f_Hz: undamped natural frequency |p|/2 pi; damping_ratio: -Re p/|p|. u_*: standard
-    uncertainties from the scatter, u_*_model from one order more of the polynomials. amplitude (C,): height by itself,
-    in the channels' units.
+@dataclass(frozen=True, eq=False, repr=False)
+class Resonance(FittedRoot):
+    """Resonance of a record. amplitude (C,): height by itself, in the channels' units.
 
     p : probability that chance shows such a pole somewhere in the range searched. fit: the curve, k: its pole."""
 
-    f_Hz: float
-    damping_ratio: float
-    u_Hz: float
-    u_Hz_model: float
-    u_damping: float
-    u_damping_model: float
     amplitude: Array
     p: float
     fit: PoleFit
     k: int = 0
-
-    def __repr__(self) -> str:
-        U, U_damping = (
-            2.0 * math.hypot(self.u_Hz, self.u_Hz_model),
-            2.0 * math.hypot(self.u_damping, self.u_damping_model),
-        )
-        return f"Resonance({with_U(self.f_Hz, U)} Hz, damping ratio {with_U(self.damping_ratio, U_damping)}; k = 2)"
-
-    @property
-    def U_Hz(self) -> float:
-        """Return U of the frequency [Hz] (k = 2) from scatter, model, and the clock by which the record was sampled."""
-        return math.hypot(2.0 * math.hypot(self.u_Hz, self.u_Hz_model), U_CLOCK * self.f_Hz)
-
-    @property
-    def U_damping(self) -> float:
-        """Return U of the damping ratio (k = 2) from scatter and model."""
-        return 2.0 * math.hypot(self.u_damping, self.u_damping_model)
 
     @property
     def seen(self) -> bool:
@@ -186,18 +167,6 @@ def finer(fitted: PoleFit) -> PoleFit | None:
 
 def resonance(found: PoleFit, checked: PoleFit | None, k: int, p: float) -> Resonance:
     """Return the k-th pole of a fit as a resonance; `checked`: the fit with one order more."""
-    f, u = complex(found.frequencies()[k]), found.u(k)
-    size = abs(f)
-    other = None if checked is None else complex(checked.frequencies()[k])
-    return Resonance(
-        f_Hz=size,
-        damping_ratio=f.imag / size,
-        u_Hz=u,
-        u_Hz_model=math.inf if other is None else abs(abs(other) - size),
-        u_damping=u / size,
-        u_damping_model=math.inf if other is None else abs(other.imag / abs(other) - f.imag / size),
-        amplitude=found.amplitude(k),
-        p=p,
-        fit=found,
-        k=k,
-    )
+    finer = None if checked is None else complex(checked.frequencies()[k])
+    numbers = root_numbers(complex(found.frequencies()[k]), found.u(k), finer)
+    return Resonance(**numbers, amplitude=found.amplitude(k), p=p, fit=found, k=k)

@@ -6,25 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from checks.arrays import Array, Complex
-from checks.signals.spectral.poles import PoleWindow, basis, eliminate, scatter, with_noise_of
+from checks.signals.spectral.poles import FittedRoot, PoleWindow, basis, eliminate, root_numbers, scatter, with_noise_of
 
 ORDER = 4
 NEAR = 0.03  # of half the band: where the coherence of a zero is read
 _NO_POLE = np.zeros(0, dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
-class Zero:
-    """Zero of a response. f_Hz: undamped frequency |s|/2 pi; damping_ratio: -Re s/|s|, negative for a zero in the right
-    half plane. u_Hz, u_damping: standard uncertainties from the scatter; u_*_model: from one order more of the
-    polynomial. f (B,), response (B,): the fitted curve. coherence: of output with input about the zero, 0..1."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Zero(FittedRoot):
+    """Zero of a response, its damping ratio negative in the right half plane. f (B,), response (B,): the fitted curve.
+    coherence: of output with input about the zero, 0..1."""
 
-    f_Hz: float
-    damping_ratio: float
-    u_Hz: float
-    u_Hz_model: float
-    u_damping: float
-    u_damping_model: float
     coherence: float
     f: Array
     response: Complex
@@ -32,7 +25,7 @@ class Zero:
     @property
     def side(self) -> str:
         """Return "minimum-phase", "non-minimum-phase", or "undecided" if the damping's interval includes 0."""
-        if abs(self.damping_ratio) <= 2.0 * math.hypot(self.u_damping, self.u_damping_model):
+        if abs(self.damping_ratio) <= self.U_damping:
             return "undecided"
         return "minimum-phase" if self.damping_ratio > 0 else "non-minimum-phase"
 
@@ -54,18 +47,8 @@ def find_zero(w: PoleWindow) -> Zero | None:
     found, finer = _root(w, ORDER), _root(w, ORDER + 1)
     if found is None or finer is None:
         return None
-    size, other = abs(found.f), abs(finer.f)
-    return Zero(
-        f_Hz=size,
-        damping_ratio=found.f.imag / size,
-        u_Hz=found.u,
-        u_Hz_model=abs(other - size),
-        u_damping=found.u / size,
-        u_damping_model=abs(finer.f.imag / other - found.f.imag / size),
-        coherence=found.coherence,
-        f=w.f,
-        response=found.response,
-    )
+    numbers = root_numbers(found.f, found.u, finer.f)
+    return Zero(**numbers, coherence=found.coherence, f=w.f, response=found.response)
 
 
 def _root(w: PoleWindow, order: int) -> _Root | None:

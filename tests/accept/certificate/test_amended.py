@@ -18,7 +18,7 @@ from accept.certificate.trust import encrypted_key, keys
 from accept.judging import load_spec
 from accept.store import open_store
 from accept.store import store as store_module
-from accept.store.errors import Overtaken
+from accept.store.event import Overtaken
 from accept.store.payloads import AttemptStarted, UnitJudged
 from accept.units import unit_folder
 from accept.workflow import certify

@@ -132,6 +132,8 @@ def test_a_name_has_letters_of_one_script() -> None:
     for name in ("Ad\u0430", "\u0391da"):
         with pytest.raises(KeysError, match="several scripts"):
             keys.check_name(name)
+    with pytest.raises(KeysError, match="without '='"):  # read as a role in a list of names of certificates
+        keys.check_name("Bob,OU=technician")
     for name in ("Åsa Øst", "\u0410\u043d\u043d\u0430", "O'Brien-Núñez 2", "Wang 王"):
         keys.check_name(name)
         assert len(scripts(name)) <= 1

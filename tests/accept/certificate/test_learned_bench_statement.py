@@ -36,6 +36,10 @@ def test_the_units_and_the_day_of_a_learned_bench_are_stated() -> None:
     assert "3 units: S-1, S-2, S-3" in words
 
 
+def test_the_units_of_a_batch_are_stated_without_its_bench() -> None:
+    assert "; learned from 2 units: P-1, P-2" in said({"population.toml": b'[population]\nunits = ["P-1", "P-2"]\n'})
+
+
 @pytest.mark.parametrize("content", [b"name = 'x'", b"\xff\xfe", b"learned_bench = 3", b"= nothing"])
 def test_other_files_state_no_bench(content: bytes) -> None:
     words = said({"population.toml": content, "APA.mat": BENCH})

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from accept.base.atomic_files import ReplaceError, check_place, write_atomic
+from accept.base.atomic_files import ReplaceError, check_place, check_table, write_atomic
 from accept.base.version import code_sha256, version
 from accept.cli.main import app
 from tests.accept.units.units import make_unit
@@ -55,6 +55,22 @@ def test_no_output_replaces_evidence(unit: Path, tmp_path: Path) -> None:
         assert "is evidence of the unit in" in refused("list", "--csv", file)
     assert "is not an earlier .csv output" in refused("list", "--csv", evidence[2])
     assert [file.read_bytes() for file in evidence] == before
+
+
+def test_no_table_replaces_a_recording_that_belongs_to_no_unit(tmp_path: Path) -> None:
+    place = tmp_path / "lone.csv"
+    for header in (b"t,Va,Vs", b"time,de", b"0.0,1.0"):
+        place.write_bytes(header + b"\n0,1,2\n")
+        assert "is not an earlier .csv output" in refused("excite", "sweep", "--out", place)
+        for table in (b"serial,kind\nA-1,apa\n", b"f,de_real\n1,2\n"):
+            with pytest.raises(ReplaceError, match=r"not an earlier \.csv output"):
+                check_table(place, table)
+        assert place.read_bytes().startswith(header)
+    place.unlink()
+    for duration in ("2", "3"):
+        assert accept("excite", "sweep", "--duration", duration, "--out", place).exit_code == 0
+    place.write_bytes(b"serial,kind\n")
+    check_table(place, b"serial,kind,verdict\n")
 
 
 @pytest.mark.parametrize(

@@ -87,12 +87,84 @@ def test_tampering_is_named(url: str, statement: str, seq: int) -> None:
         assert problem.seq == seq
 
 
+SHOWN = "current_query() NOT LIKE '%subject = %' OR seq <> 2"  # every question but the one for the events of a unit
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        [
+            "ALTER TABLE events RENAME TO kept",
+            "CREATE VIEW events AS SELECT seq, time, who, what, subject, spec, code, payload, prev, hash, xmin "
+            f"FROM kept WHERE {SHOWN}",
+        ],
+        [
+            "ALTER TABLE events ENABLE ROW LEVEL SECURITY",
+            "ALTER TABLE events FORCE ROW LEVEL SECURITY",
+            f"CREATE POLICY shown ON events USING ({SHOWN})",
+        ],
+        [
+            "CREATE FUNCTION other(text, varchar) RETURNS boolean LANGUAGE sql AS "
+            "$$ SELECT $1 OPERATOR(pg_catalog.=) $2::text AND $2::text <> 'U1' $$",
+            "CREATE OPERATOR = (LEFTARG = text, RIGHTARG = varchar, FUNCTION = other)",
+            "CREATE FUNCTION same(name, varchar) RETURNS boolean LANGUAGE sql AS 'SELECT $1::text = $2::text'",
+            "CREATE OPERATOR = (LEFTARG = name, RIGHTARG = varchar, FUNCTION = same)",
+        ],
+        ["CREATE RULE kept AS ON INSERT TO parts DO INSTEAD NOTHING"],
+        ["CREATE TABLE other () INHERITS (samples)"],
+        ["ALTER ROLE CURRENT_USER SET search_path = public, pg_catalog"],
+    ],
+    ids=["view", "policy", "operator", "rule", "child", "path"],
+)
+def test_a_database_that_answers_one_question_otherwise_is_not_used(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statements: list[str]
+) -> None:
+    """Also behind a seal: the rows that it looks at are as they were."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path))
+    with open_store(url) as store:
+        store.append_many([NewEvent("a", f"U{i}", {"i": i}) for i in range(3)], who="Ada")
+    open_store(url).close()
+    execute(url, *statements)
+    try:
+        with pytest.raises(StoreError, match="not those of this store"):
+            open_store(url)
+    finally:
+        execute(url, "ALTER ROLE CURRENT_USER RESET ALL", "DROP SCHEMA public CASCADE", "CREATE SCHEMA public")
+
+
 def test_nothing_is_appended_to_a_damaged_end(url: str) -> None:
     with open_store(url, check=False) as store:
         store.append_many([NewEvent("a")] * 3, who="Ada")
         execute(url, "DROP TRIGGER events_append_only ON events", "DELETE FROM events WHERE seq = 3")
         with pytest.raises(StoreError, match="store check"):
             store.append("a", "", {}, who="Ada")
+
+
+def test_a_bench_knows_the_events_that_it_wrote_itself(
+    url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that were cut off before it looked at the store again, in the same program and in the next one; another
+    bench has not seen them."""
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "one"))
+    cut = (
+        "DROP TRIGGER events_append_only ON events",
+        "DELETE FROM events WHERE seq > 1",
+        "UPDATE head SET seq = 1, hash = (SELECT hash FROM events WHERE seq = 1)",
+    )
+    with open_store(url) as store:
+        store.append("a", "", {}, who="Ada")
+        store.append("unit_judged", "A-1", {}, who="Ada")
+        execute(url, *cut)
+        with pytest.raises(StoreError, match="altered or removed"):
+            store.append("b", "", {}, who="Ada")
+    with pytest.raises(StoreError, match=r"event 2 is missing: store-.*head holds the hash"):
+        open_store(url)
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "two"))
+    with open_store(url) as store:
+        store.append("unit_judged", "A-1", {"other": 1}, who="Ada")
+    monkeypatch.setenv("ACCEPT_HOME", str(tmp_path / "one"))
+    with pytest.raises(StoreError, match=r"event 2 was altered|is not the one"):
+        open_store(url)
 
 
 def writers(url: str, home: Path, count: int, events: int) -> list[subprocess.Popen[str]]:
@@ -164,6 +236,9 @@ def test_an_end_that_was_cut_off_is_found_by_the_seal_and_without_it_said_to_be_
         open_store(url)
     (seal,) = (tmp_path / "bench").glob("store-*.seal")
     seal.unlink()
+    with pytest.raises(StoreError, match=r"is missing: store-.*\.head holds"):  # what it wrote itself
+        open_store(url)
+    seal.with_suffix(".head").unlink()
     with open_store(url):
         assert "no seal" in capsys.readouterr().err
     seal.unlink()  # which that check had made anew

@@ -1,6 +1,7 @@
 """What a model says of a strut, on the screen: misalignment, and what the model does not explain."""
 
 import asyncio
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from textual.widgets import DataTable
 
 from accept.base.atomic_files import write_atomic
 from accept.models.model_file import open_model
+from accept.pictures.jsonform import panels_to_json
 from accept.simulate import UnitRequest, simulate
 from accept.store import Event
 from accept.tui.screens.gap import answer
@@ -195,7 +197,15 @@ def test_an_answer_says_what_cannot_be_told_apart_and_what_has_no_name():
 def test_pictures_that_are_damaged_are_as_good_as_none(tmp_path: Path):
     panel_cache.save(tmp_path, "gap", 7, PANELS)
     assert set(panel_cache.load(tmp_path, "gap", 7)) == set(PANELS)
-    next((tmp_path / "pictures").iterdir()).write_text("{")
+    kept = tmp_path / "pictures" / "gap-7.json"
+    signed = kept.read_bytes()
+    (tmp_path / "other" / "pictures").mkdir(parents=True)
+    (tmp_path / "other" / "pictures" / "gap-7.json").write_bytes(signed)  # of another unit
+    assert panel_cache.load(tmp_path / "other", "gap", 7) == {}
+    for edited in (signed.replace(b"0", b"1"), json.dumps(panels_to_json(PANELS)).encode(), b" " * 20_000_000 + signed):
+        kept.write_bytes(edited)
+        assert panel_cache.load(tmp_path, "gap", 7) == {}
+    kept.write_text("{")
     assert panel_cache.load(tmp_path, "gap", 7) == {}
     assert panel_cache.load(tmp_path, "gap", 8) == {}
 

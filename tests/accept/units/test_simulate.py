@@ -31,7 +31,7 @@ from checks.model.time.hysteresis_creep import creep
 from checks.model.time.partial_fractions import real_pole
 from checks.model.time.time_response import HoldSimulation
 from checks.record import Record
-from checks.signals.slow.cycles import last_cycles
+from checks.signals.slow.loops import last_cycles
 from checks.signals.spectral.lpm import lpm
 from checks.verdict import Finding
 from tests.checks.model.units_model import EVERYTHING, MISALIGNED

@@ -139,7 +139,10 @@ def test_another_photo_of_the_same_name_replaces_none(session: Session, photo: P
     session.entries.note("flatness", "one", files=[photo])
     photo.write_bytes(b"another")
     session.entries.note("flatness", "two", files=[photo])
-    assert [note.files for note in session.state("flatness").notes] == [("crack.jpg",), ("crack-2.jpg",)]
+    assert [[file.name for file in note.files] for note in session.state("flatness").notes] == [
+        ["crack.jpg"],
+        ["crack-2.jpg"],
+    ]
     assert (session.folder / NOTES_FOLDER / "crack.jpg").read_bytes() == PHOTO
 
 

@@ -14,7 +14,7 @@ from checks.acceptance import hysteresis
 from checks.cause import Cause
 from checks.quantity import Quantity
 from checks.record import Record
-from checks.signals.slow.cycles import Cycle, last_cycles
+from checks.signals.slow.loops import Cycle, last_cycles
 from checks.verdict import Verdict, judge
 from specs.spec import CheckSpec, load
 from tests.causes import causes, no_result

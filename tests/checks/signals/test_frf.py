@@ -1,7 +1,5 @@
 """H1 against scipy, closed forms and the statistics that it states."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 from scipy import signal
@@ -10,7 +8,7 @@ from scipy.stats import f as f_distribution
 
 from checks.errors import RecordError
 from checks.record import Record
-from checks.signals.spectral.frf import Frf, h1, h1_record, h1_stream, quantile
+from checks.signals.spectral.frf import Frf, h1, h1_record, quantile
 
 FS = 10_000.0
 
@@ -64,28 +62,6 @@ def test_delay_has_falling_phase() -> None:
     truth = 3e-6 * np.exp(-2j * np.pi * frf.f * 4 / FS)
     # 4 of 4096 samples leave each segment; a conjugate in the wrong place is off by 2.
     assert (np.abs(frf.H[:, 0] - truth)[9:-9] / 3e-6).max() < 0.003
-
-
-@pytest.mark.parametrize("size", [1, 777, 5000, 60_001])
-def test_chunks_change_nothing(noise: tuple[np.ndarray, np.ndarray], size: int) -> None:
-    u, y = noise[0][:9000], noise[1][:9000]
-    chunks = ([u[i : i + size], *y[i : i + size].T] for i in range(0, u.size, size))
-    streamed, whole = h1_stream(chunks, ("a", "b", "c"), FS, 500), h1(u, y, FS, 500)
-    assert streamed.segments == whole.segments
-    assert close(streamed.H, whole.H)
-    assert close(streamed.cov, whole.cov)
-
-
-def test_memory_does_not_grow_with_the_record() -> None:
-    def peak(seconds: int) -> int:
-        x = np.random.default_rng(1).standard_normal(1000)
-        tracemalloc.start()
-        h1_stream(([x, x] for _ in range(seconds)), ("y",), 1000.0, 500)
-        top = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return top
-
-    assert peak(400) < 1.05 * peak(20)
 
 
 def test_refusals(noise: tuple[np.ndarray, np.ndarray]) -> None:

@@ -103,7 +103,7 @@ def test_poles_cover_the_truth_over_several_records() -> None:
         found = analyse_records(records, FS, None, BAND)
         assert found.good == 6
         mode = max(impact_modes(found, ("y",), *BAND)["y"], key=lambda m: m.peak)
-        ok[0] += abs(mode.f_Hz - 280.0) <= 2 * np.hypot(mode.u_f_Hz, mode.u_f_model_Hz)
+        ok[0] += abs(mode.f_Hz - 280.0) <= 2 * np.hypot(mode.u_Hz, mode.u_Hz_model)
         ok[1] += abs(mode.damping_ratio - 0.008) <= 2 * np.hypot(mode.u_damping, mode.u_damping_model)
     assert COVERED[0] <= min(ok) <= max(ok) <= COVERED[1]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from checks.signals.integration import DAMPING, CORNER_Hz, integrated
+from checks.signals.spectral.recursion import DAMPING, CORNER_Hz, integrated
 
 FS = 48_000.0
 

@@ -10,8 +10,7 @@ from checks.errors import RecordError
 from checks.record import Record
 from checks.signals.spectral import transform
 from checks.signals.spectral.frf import h1
-from checks.signals.spectral.local_polynomials import BATCH_BINS
-from checks.signals.spectral.lpm import lpm, lpm_record
+from checks.signals.spectral.lpm import BATCH_BINS, lpm, lpm_record
 from checks.signals.spectral.unexplained import BINS, LEAST_BLOCKS, ORDER, DrivePart, blocks
 from tests.shared.recorded_units import RecordedUnits
 from tests.soak import SOAK

@@ -1,12 +1,14 @@
 """Trusted timestamps: asked for over HTTP of a local authority, looked at by verify, refused where they are wrong."""
 
 import io
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+import requests
 from asn1crypto import crl, ocsp
 from cryptography.hazmat.primitives import serialization
 from pyhanko.sign.validation.dss import DocumentSecurityStore
@@ -14,7 +16,7 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate import SigningRefused, Validity
-from accept.certificate.signature import long_term, signing, timestamp
+from accept.certificate.signature import long_term, servers, signing, timestamp
 from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import sign
 from accept.certificate.signature.timestamp import stamper
@@ -270,6 +272,30 @@ def test_an_answer_that_would_not_verify_signs_nothing(
     with responder([tsa], how) as url, pytest.raises(SigningRefused, match=WRONG[how]) as e:
         sign(bench.unsigned, bench.technician, WHEN, stamping=stamper(url))
     assert "nothing was signed" in str(e.value)
+
+
+@pytest.mark.parametrize("how", ["list without end", "list a byte at a time"])
+def test_a_list_without_end_is_no_list(bench: Bench, how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever runs a server that the authority's certificate names would hold the bench up, or fill its memory."""
+    monkeypatch.setattr(servers, "ANSWER_S", 1.0)  # its 200 bytes take 10 s
+    largest = list[int]()
+    read = servers.requests.Response.iter_content
+
+    def counted(answer: requests.Response, *size: int) -> Iterator[bytes]:
+        for piece in read(answer, *size):
+            largest.append(len(piece))
+            yield piece
+
+    monkeypatch.setattr(servers.requests.Response, "iter_content", counted)
+    asked: list[Authority] = []
+    with responder(asked, how) as url:
+        asked.append(made_authority("Endless time", f"{url}crl"))
+        before = time.monotonic()
+        pdf = sign(bench.unsigned, bench.technician, now := datetime.now(UTC), stamping=stamper(url))
+    assert time.monotonic() - before < 8.0  # three answers of a second each, beside other work
+    assert sum(largest) < 2 * servers.LARGEST  # of 20e6 bytes; 65,536 at a time
+    found = bench.check(pdf, stamping=[asked[0].root], now=now)
+    assert any("is not seen here: this document keeps no answer of its servers" in line for line in found.details)
 
 
 def test_an_authority_that_is_not_there_tells_no_secret(bench: Bench) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
-from http.server import BaseHTTPRequestHandler, HTTPServer
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from asn1crypto import keys as asn1_keys
 from asn1crypto import tsp
@@ -146,6 +146,14 @@ def responder(asked: list[Authority], wrong: str = "") -> Iterator[str]:
                     time.sleep(pause)
 
         def do_GET(self) -> None:
+            if wrong.startswith("list "):
+                self.send_response(200)
+                self.end_headers()
+                with suppress(OSError):  # nobody listens any more
+                    for _ in range(200):
+                        self.wfile.write(bytes(100_000 if wrong == "list without end" else 1))
+                        time.sleep(0.0 if wrong == "list without end" else 0.05)
+                return
             self.answer("application/pkix-crl", asked[0].crl(datetime.now(UTC) - timedelta(minutes=1)))
 
         def answer(self, kind: str, content: bytes) -> None:
@@ -158,7 +166,7 @@ def responder(asked: list[Authority], wrong: str = "") -> Iterator[str]:
         def log_message(self, *_: object) -> None:
             pass
 
-    running = HTTPServer(("127.0.0.1", 0), Handler)
+    running = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     thread = threading.Thread(target=running.serve_forever, daemon=True)
     thread.start()
     yield f"http://127.0.0.1:{running.server_port}/"

@@ -791,9 +791,12 @@ def test_a_laboratory_that_was_put_away(tmp_path: Path) -> None:
     assert "A-2 accepted; its bench named a laboratory before, last on " in verified(pdf).stdout
 
 
-@pytest.mark.parametrize("due", ["2025-01-01", "2099-01-01"])
-def test_a_bench_file_that_was_left_out(tmp_path: Path, due: str) -> None:
-    """Its expired instrument makes a finding conditional; without the option nothing is stated of it."""
+@pytest.mark.parametrize(
+    ("due", "how"), [("2025-01-01", ""), ("2099-01-01", ""), ("2025-01-01", "unnamed"), ("2025-01-01", "shared")]
+)
+def test_a_bench_file_that_was_left_out(tmp_path: Path, due: str, how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its expired instrument makes a finding conditional; without the option nothing is stated of it. how: a program
+    that leaves its bench out of the judgement too; a store in which another bench judged many units meanwhile."""
     (tmp_path / "bench.toml").write_text(BENCH.replace("2025-01-01", due))
     first = verified(certified(tmp_path, "C-1", serial="C-1", stroke=366.5, sensor=4.9))
     assert plainly(first), first.output
@@ -801,6 +804,13 @@ def test_a_bench_file_that_was_left_out(tmp_path: Path, due: str) -> None:
     bench = ("--bench", tmp_path / "bench.toml")
     accept("report", unit(tmp_path / "A-1", "A-1"), "--spec", "apa-basic", "--out", tmp_path / "A-1.pdf", *bench)
     assert "calibration is stated" not in verified(tmp_path / "A-1.pdf").stdout
+    if how == "shared":
+        with open_store() as store:
+            judged = replace(UnitJudged.of(store.newest(UnitJudged.KIND, 1)[0]), bench="ab" * 32)
+            for number in range(against_store._LOOKED_AT):
+                store.write(judged, f"Z-{number}", who="Ada")
+    elif how == "unnamed":
+        monkeypatch.setattr(Store, "bench", "")
     done = verified(certified(tmp_path, "A-2", serial="A-2", stroke=361.1, sensor=4.92))
     assert "A-2 accepted; no calibration is stated, and its bench stated " in done.stdout
     if due < "2026":

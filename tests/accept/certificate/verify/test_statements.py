@@ -366,6 +366,8 @@ def test_an_approval_is_required_where_it_is_asked_for(tmp_path: Path, monkeypat
     pdf = certified(tmp_path, "A-1", spec=str(own))
     assert plainly(verified(pdf))
     assert verified(pdf, "--require", "approved").exit_code == 3
+    for nothing in ("", "accepted,"):  # a variable of a script that is not set
+        assert verified(pdf, "--require", nothing).exit_code == 6
     assert accept("spec", "approve", own).exit_code == 0
     assert plainly(
         verified(certified(tmp_path, "A-2", serial="A-2", stroke=366, spec=str(own)), "--require", "approved")
@@ -400,7 +402,8 @@ def test_an_approval_covers_the_model_files(tmp_path: Path, monkeypatch: pytest.
     model, lab = tmp_path / "m.toml", tmp_path / "lab.toml"
     model.write_text(builtin_models()["strut-as-built"].read_text())
     lab.write_text(MODELLED.format(model=model))
-    assert accept("spec", "approve", lab).exit_code == 0
+    done = accept("spec", "approve", lab)
+    assert (done.exit_code, f"{model} (m.toml " in done.stdout) == (0, True), done.output  # what is signed is said
     folder = tmp_path / "S-1"
     folder.mkdir()
     (folder / "unit.toml").write_text('serial = "S-1"\nkind = "strut"\n')

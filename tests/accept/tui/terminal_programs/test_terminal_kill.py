@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from accept.base.exit_codes import Exit
-from accept.base.version import code_sha256
 from accept.certificate.trust import keys
 from accept.judging import load_spec
 from accept.store import open_store
@@ -97,7 +96,7 @@ def attempt_of_store() -> Attempt | None:
 def stands_at(attempt: Attempt | None) -> int | None:
     """The number of the step that the store says comes next."""
     states = {step.name: attempt.step(step.check.reads) for step in STEPS} if attempt else {}
-    step = next(iter(open_steps(STEPS, states, f"{SPEC.name}@{SPEC.sha256}", code_sha256())), None)
+    step = next(iter(open_steps(STEPS, states, f"{SPEC.name}@{SPEC.sha256}")), None)
     return None if step is None else STEPS.index(step)
 
 

@@ -28,6 +28,7 @@ from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn,
 from validation.model_files import write_model
 from validation.sets import Set
 from validation.shell import PUBLIC
+from validation.studies.anywhere import draw_anywhere
 from validation.studies.elements import draw_cases
 
 HOLDER = {
@@ -270,6 +271,12 @@ class TestPlaces:
     def test_what_lies_across_a_part_has_no_mass(self) -> None:
         assert "mass" not in kinds_at("top_joint")
         assert "mass" in kinds_at("head")
+
+    def test_nothing_swings_inside_a_stack(self) -> None:
+        """Red while a bump of the drive was told as a mass of 35 kg that swings in the actuator stack."""
+        assert "resonator" not in kinds_at("actuator_stack")
+        assert "spring" in kinds_at("actuator_stack")
+        assert "resonator" in kinds_at("bottom_joint")  # a base that gives way
         assert Direction("payload", "z") in directions({"payload": np.eye(6)})
 
 
@@ -299,6 +306,22 @@ def test_bellows_that_the_calibration_has_followed_are_found_from_the_priors(tmp
     assert ("payload", "ground") in [(p["part"], p["against"]) for p in one["places"]]
     lo, hi = one["parameters"]["k_N_per_um"]["ci95"]
     assert lo < truth.values["k_N_per_um"] < hi
+
+
+@pytest.mark.slow
+@pytest.mark.takes_data
+@pytest.mark.skipif(not PUBLIC.exists(), reason="the matrices of the shell are not there")
+def test_a_bump_of_the_drive_of_a_strut_as_built_is_a_filter_of_it(tmp_path: Path) -> None:
+    """Red while a mass could swing in the actuator stack: 35 kg explained all."""
+    name, case, _ = list(draw_anywhere(8, 9823, 0.01))[-1]
+    assert name == "filter"
+    gap = run_gap(case.write(tmp_path), write_model(Set(0, {}, 0.01, 0.01), tmp_path / "model"))
+    (one,) = gap["elements"]
+    assert (gap["named"], gap["verdict"], one["kind"]) == ([], "unexplained", "filter")
+    assert [p["part"] for p in one["places"]] == ["drive"]
+    lo, hi = one["parameters"]["f_Hz"]["ci95"]
+    ((_, bump),) = case.world.filters
+    assert lo < abs(bump.poles[0]) / (2 * np.pi) < hi
 
 
 @pytest.mark.slow
