@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from accept.certificate.contents.laboratory import LABORATORY_FILE, laboratory_of
     from accept.certificate.contents.outcome import InvalidCertificate
     from accept.certificate.contents.provenance import Provenance, needs_reason
+    from accept.certificate.contents.statements import models_words
     from accept.certificate.signature.signing import SigningRefused
     from accept.certificate.signature.timestamp import TSA_VARIABLE
     from accept.certificate.trust.provenance import amended, ends_before

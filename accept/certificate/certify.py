@@ -18,7 +18,7 @@ from accept.certificate.trust.provenance import numbers_of, provenance, signed_b
 from accept.judging.reservations import decided
 from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
 from accept.store.decisions import DISPOSITION, Signer, content_of, sign_decision
-from accept.store.payloads import Decision, Payload
+from accept.store.payloads import Payload
 from specs.spec import Spec
 
 
@@ -104,16 +104,14 @@ def sign_into(
     if after is None:  # one of the technician that the store does not know is made again
         write_atomic(path, signed)
     before = None if credential.role == TECHNICIAN else hashlib.sha256(document).hexdigest()
-    decision, about = None, list[Payload]()
-    if disposition is not None:
-        decision = Decision(disposition.choice, disposition.reason)
-        if credential.key is not None:
-            signer = Signer(credential.key, credential.certificate)
-            if nonconformances:
-                about.append(decided(store, serial, decision, signer, nonconformances))
-            # what is stated is signed too: else it could be given as about what another store has
-            stated = content_of(serial, decision, before) | {"nonconformances": list(nonconformances)}
-            decision = replace(decision, signed=sign_decision(DISPOSITION, stated, signer))
+    decision, about = disposition, list[Payload]()
+    if decision is not None and credential.key is not None:
+        signer = Signer(credential.key, credential.certificate)
+        if nonconformances:
+            about.append(decided(store, serial, decision, signer, nonconformances))
+        # what is stated is signed too: else it could be given as about what another store has
+        stated = content_of(serial, decision, before) | {"nonconformances": list(nonconformances)}
+        decision = replace(decision, signed=sign_decision(DISPOSITION, stated, signer))
     try:
         stored = events.signed(
             store, serial, path, signed, credential.role, who=who, spec=spec, about=about, after=after,

@@ -119,6 +119,9 @@ class Decision(Document):
     reason: str
     signed: Annotated[SignedBy | None, only_if(), "it releases a nonconformance only with it"] = None
 
+    def __str__(self) -> str:
+        return f"{CHOICES[self.choice]}: {self.reason}"
+
 
 @dataclass(frozen=True)
 class CertificateSigned(Payload, what="certificate_signed"):

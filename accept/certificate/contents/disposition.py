@@ -2,9 +2,7 @@
 
 It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
-from dataclasses import dataclass
-
-from accept.store.payloads import CHOICES
+from accept.store.payloads import CHOICES, Decision
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
@@ -16,15 +14,7 @@ class DispositionError(AcceptError, ValueError):
     """A disposition or reason that is missing, not needed, or not understood; the text names what is expected."""
 
 
-@dataclass(frozen=True)
-class Disposition:
-    """A decision of quality assurance about a unit not accepted. choice: of `CHOICES`. reason: why, in one line."""
-
-    choice: str
-    reason: str
-
-    def __str__(self) -> str:
-        return f"{CHOICES[self.choice]}: {self.reason}"
+Disposition = Decision  # the form that events have, before it is signed for the store
 
 
 def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:

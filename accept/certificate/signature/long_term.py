@@ -4,8 +4,6 @@ document, so that it can be verified without them later that its certificates we
 The servers are asked before the signature is made and the answers written with it, so it covers them too.
 """
 
-import asyncio
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,20 +13,8 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 from pyhanko.pdf_utils.reader import PdfFileReader
 from pyhanko.pdf_utils.writer import BasePdfFileWriter
-from pyhanko.sign.timestamps import TimeStamper
 from pyhanko.sign.validation.dss import DocumentSecurityStore
 from pyhanko.sign.validation.errors import NoDSSFoundError
-from pyhanko_certvalidator import ValidationContext
-from pyhanko_certvalidator.errors import PathError, RevokedError, ValidationError
-
-from specs.errors import AcceptError
-
-ALL_S = 60.0  # for all of the authority's servers together
-FRESH_S = 600.0  # a batch asks once for all that it signs in this time
-
-
-class AuthorityRevoked(AcceptError, ValueError):
-    """The time stamping authority's certificate is revoked: what it stamps proves nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,44 +31,6 @@ class RevocationData:
             DocumentSecurityStore.supply_dss_in_writer(
                 document, None, certs=self.certificates, crls=self.lists, ocsps=self.answers
             )
-
-
-_asked: dict[str, tuple[float, RevocationData]] = {}
-
-
-async def revocation_data(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> RevocationData:
-    """Ask the servers that the authority's certificates name. roots: of authorities that are known here. The roots that
-    come with a token count too, because nothing is trusted by this: a verifier names its own.
-
-    Raises AuthorityRevoked, TimestampRequestError, OSError."""
-    place = str(getattr(stamping, "url", ""))
-    when, found = _asked.get(place, (0.0, None))
-    if found is None or not place or time.monotonic() - when > FRESH_S:
-        found = await _ask(stamping, roots)
-        _asked[place] = time.monotonic(), found
-    return found
-
-
-async def _ask(stamping: TimeStamper, roots: Sequence[x509.Certificate]) -> RevocationData:
-    from accept.certificate.signature.servers import BoundedBackend  # loads requests
-
-    token = await stamping.async_dummy_response("sha256")
-    carried = [choice.chosen for choice in token["content"]["certificates"]]
-    context = ValidationContext(
-        trust_roots=[*loaded(roots), *(c for c in carried if c.self_issued)],
-        other_certs=carried,
-        allow_fetching=True,
-        fetcher_backend=BoundedBackend(),
-    )
-    try:
-        found = stamping.validation_paths(context)  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
-        async with asyncio.timeout(ALL_S):
-            chains = [list(path) async for path in found]
-    except RevokedError as e:
-        raise AuthorityRevoked(f"the time stamping authority's certificate is revoked: {e}") from e
-    except (PathError, ValidationError, TimeoutError):
-        return RevocationData()  # no answer; or its root is not known here: whose answers they would be cannot be said
-    return RevocationData([c for chain in chains for c in chain], context.crls, context.ocsps)
 
 
 def kept_in(document: PdfFileReader) -> DocumentSecurityStore | None:

@@ -25,8 +25,9 @@ from pyhanko_certvalidator.registry import SimpleCertificateStore
 from accept.certificate.contents.disposition import Disposition, in_signature
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature import timestamp
-from accept.certificate.signature.long_term import AuthorityRevoked, RevocationData, loaded, revocation_data
+from accept.certificate.signature.long_term import RevocationData, loaded
 from accept.certificate.signature.stamp import stamp_style
+from accept.certificate.signature.stamping_authority import AuthorityRevoked, revocation_data, stamper
 from accept.certificate.trust.authority import P256_ORDER, QA, TECHNICIAN
 from accept.certificate.trust.keys import Credential
 from specs.errors import AcceptError
@@ -101,7 +102,7 @@ def sign(
         raise SigningRefused(f"{words} UTC; what it signs would not verify")
     try:
         _check_order(pdf, credential.role)
-        asked = stamping or (timestamp.stamper(credential.tsa) if credential.tsa else None)
+        asked = stamping or (stamper(credential.tsa) if credential.tsa else None)
         kept = asyncio.run(revocation_data(asked, credential.tsa_roots)) if asked else RevocationData()
         moment = when.astimezone(UTC).replace(microsecond=0)
         out = io.BytesIO()

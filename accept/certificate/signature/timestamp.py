@@ -8,15 +8,13 @@ import asyncio
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from functools import partial
 from typing import Any
 
-from asn1crypto import cms, tsp
+from asn1crypto import cms
 from cryptography import x509
 from pyhanko.sign.ades.report import AdESIndeterminate
-from pyhanko.sign.timestamps import TimeStamper
-from pyhanko.sign.timestamps.common_utils import TimestampRequestError, set_tsp_headers
 from pyhanko.sign.validation.dss import DocumentSecurityStore
 from pyhanko.sign.validation.generic_cms import validate_tst_signed_data
 from pyhanko_certvalidator import ValidationContext
@@ -24,10 +22,8 @@ from pyhanko_certvalidator import ValidationContext
 from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.signature.long_term import loaded
 from accept.certificate.trust.authority import issued_by
-from accept.certificate.trust.revocation import CLOCK_SLACK
 
 TSA_VARIABLE = "ACCEPT_TSA"
-TIMEOUT_S = 20.0  # for one answer of a time stamping authority
 _CLOCKS = timedelta(minutes=5)  # between the servers of one authority
 _REVOKED = (AdESIndeterminate.REVOKED_NO_POE, AdESIndeterminate.REVOKED_CA_NO_POE)
 LARGEST = 24_000  # bytes of a token; with a chain of RSA certificates it takes some 6,000
@@ -45,53 +41,6 @@ class Stamped:
     proven: bool = False
 
 
-class _Client(TimeStamper):
-    """Client of the authority at a URL. It waits TIMEOUT_S for an answer, reads no more than LARGEST bytes of it, and
-    refuses a timestamp that would not verify."""
-
-    def __init__(self, url: str) -> None:
-        super().__init__()  # type: ignore[no-untyped-call]  # pyhanko leaves it untyped
-        self.url = url
-
-    async def async_timestamp(self, message_digest: bytes, md_algorithm: str) -> cms.ContentInfo:
-        """Return the token of a digest. Raises TimestampRequestError."""
-        try:
-            token = await super().async_timestamp(message_digest, md_algorithm)
-            signed = token["content"]
-            moment: datetime = signed["encap_content_info"]["content"].parsed["gen_time"].native
-            status = await _status(signed, lambda _: message_digest, (), moment)
-        except TimestampRequestError:
-            raise
-        except Exception as e:  # a parser of what a server sent fails in any way
-            raise TimestampRequestError(f"its answer is no timestamp ({type(e).__name__}: {e})") from e
-        if not (status["intact"] and status["valid"]):
-            raise TimestampRequestError("its timestamp is of another signature, or damaged")
-        if abs(moment - (now := datetime.now(UTC))) > CLOCK_SLACK:
-            raise TimestampRequestError(
-                f"its timestamp says {moment:%Y-%m-%d %H:%M} UTC, here it is {now:%Y-%m-%d %H:%M}"
-            )
-        return token
-
-    async def async_request_tsa_response(self, req: tsp.TimeStampReq) -> tsp.TimeStampResp:
-        """Return the answer of the server. Raises TimestampRequestError, ValueError."""
-        from accept.certificate.signature.servers import ServerError, fetch  # loads requests
-
-        try:
-            answer = await fetch("POST", self.url, TIMEOUT_S, LARGEST, data=req.dump(), headers=set_tsp_headers({}))
-        except ServerError as e:
-            raise TimestampRequestError(str(e)) from e
-        except Exception as e:  # whose own words repeat the address, with its secrets
-            raise TimestampRequestError(f"it cannot be reached ({type(e).__name__})") from e
-        if answer.headers.get("Content-Type") != "application/timestamp-reply":
-            raise TimestampRequestError(f"it answered {answer.status_code}, and no timestamp")
-        return tsp.TimeStampResp.load(answer.content)
-
-
-def stamper(url: str) -> TimeStamper:
-    """Return the client of the authority at a URL. It raises TimestampRequestError."""
-    return _Client(url)
-
-
 def checked(
     token: bytes, signature: bytes, roots: Sequence[x509.Certificate], kept: DocumentSecurityStore | None = None
 ) -> Stamped:
@@ -107,7 +56,7 @@ def checked(
         raise InvalidCertificate("the timestamp carries more than its authority signed")
     moment: datetime = signed["encap_content_info"]["content"].parsed["gen_time"].native
     carried = [x509.load_der_x509_certificate(choice.chosen.dump()) for choice in signed["certificates"]]
-    judged = partial(_status, signed, lambda name: hashlib.new(name, signature).digest(), roots, moment)
+    judged = partial(status_of, signed, lambda name: hashlib.new(name, signature).digest(), roots, moment)
     status = asyncio.run(judged())
     if not (status["intact"] and status["valid"]):
         raise InvalidCertificate("the timestamp is not of this signature, or was changed")
@@ -121,7 +70,7 @@ def checked(
     return Stamped(moment, by, trusted=not revoked, revoked=revoked, proven=problem is None)
 
 
-async def _status(
+async def status_of(
     signed: cms.SignedData,
     digest: Callable[[str], bytes],
     roots: Sequence[x509.Certificate],

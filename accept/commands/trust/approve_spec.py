@@ -6,7 +6,7 @@ from typing import Annotated
 from typer import Argument
 
 from accept.base.home import home
-from accept.certificate.contents.statements import models_words
+from accept.certificate import models_words
 from accept.certificate.trust import keys, spec_approval
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, command

@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 
 from accept.base.home import home
 from accept.certificate import SigningRefused, Validity
-from accept.certificate.signature import long_term, servers, signing, timestamp
+from accept.certificate.signature import servers, signing, stamping_authority
 from accept.certificate.signature.long_term import RevocationData
 from accept.certificate.signature.signing import sign
-from accept.certificate.signature.timestamp import stamper
+from accept.certificate.signature.stamping_authority import stamper
 from accept.certificate.trust import keys
 from accept.certificate.trust.revocation import Revoked
 from accept.cli.main import app
@@ -31,7 +31,7 @@ from tests.accept.units.units import make_unit
 
 @pytest.fixture(autouse=True)
 def nothing_asked_yet(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_term, "_asked", {})  # a port may come again
+    monkeypatch.setattr(stamping_authority, "_asked", {})  # a port may come again
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +169,7 @@ def test_answers_by_ocsp_are_kept_too(bench: Bench, answering: tuple[str, Author
     assert found.valid, found.reason
     assert any("was not revoked then, by what its servers answered" in line for line in found.details), found.details
     authority.revoked.append(now - timedelta(days=1))
-    long_term._asked.clear()
+    stamping_authority._asked.clear()
     with pytest.raises(SigningRefused, match=r"certificate is revoked.*nothing was signed"):
         sign(bench.unsigned, bench.technician, now, stamping=stamper(url))
 
@@ -268,7 +268,7 @@ def test_an_answer_that_would_not_verify_signs_nothing(
     """What is signed with it would never verify, or the parser's error would end a batch; one that never ends would
     hold the bench up for ever, or fill its memory."""
     if how == "a byte at a time":
-        monkeypatch.setattr(timestamp, "TIMEOUT_S", 1.0)  # its answer takes five seconds
+        monkeypatch.setattr(stamping_authority, "TIMEOUT_S", 1.0)  # its answer takes five seconds
     with responder([tsa], how) as url, pytest.raises(SigningRefused, match=WRONG[how]) as e:
         sign(bench.unsigned, bench.technician, WHEN, stamping=stamper(url))
     assert "nothing was signed" in str(e.value)
