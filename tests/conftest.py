@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.io.matlab import _mio5
 
 from accept.certificate.trust import encrypted_key
+from accept.certificate.verify import structure
 from accept.simulate import unit
 from tests.shared.demo_run import demo_run
 from tests.shared.gap_run import gap_run
@@ -92,6 +93,15 @@ def packing() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(unit, "mat_bytes", mat_bytes)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def reading() -> Iterator[None]:
+    """Tests read certificates in their own process: a copy of one that has grown takes longer to make than to read.
+    `test_verify.py` and what runs in a process of its own read as the product does, under limits."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(structure, "bounded", lambda work, *given, **_limits: work(*given))
         yield
 
 

@@ -84,7 +84,7 @@ ENGINEERING: dict[str, Command | Group] = {
     "model": Group(
         "The simulated strut: modes, responses, fit.",
         list=Command("physics.model:show_list", "List the models that come with the program, and what each is."),
-        effects=Command("physics.effects:run", "List the effects that `accept gap` can name as missing."),
+        effects=Command("physics.model:effects", "List the effects that `accept gap` can name as missing."),
         show=Command("physics.model:show", "Show every parameter with its value, unit and prior."),
         modes=Command("physics.model:modes", "Compute poles, and the zeros of Vs, de and da, with their damping."),
         frf=Command("physics.model:frf", "Compute responses of Vs, de and da to Va."),

@@ -20,6 +20,7 @@ from accept.workflow.entry.shift import SigningShift
 from specs.errors import AcceptError
 
 if TYPE_CHECKING:
+    from accept.tui.background.scanning import Scanning
     from accept.workflow.bench import Workbench
     from accept.workflow.session import Session
     from accept.workflow.steps.unit_list import KnownUnit, Queue
@@ -194,6 +195,18 @@ class BenchApp(InOrder):
             return
         await self._begun(Begin(*opened, queue), words)
 
+    def step_screen(self, bench: "Workbench", session: "Session", name: str) -> "Scanning":
+        """Return the screen of a step of a unit."""
+        from accept.tui.screens.step import StepScreen  # imported by now, in the thread that opened the unit
+
+        return StepScreen(bench, session, name)
+
+    def load_summary(self) -> "Callable[[Workbench, Session], Scanning]":
+        """Return the summary of a unit, whose imports take long; called in a thread."""
+        with ONE_IMPORT:
+            from accept.tui.screens.summary import Summary
+        return Summary
+
     async def go_to_step(self, name: str) -> None:
         """Open a step of this unit from another of its screens."""
         from accept.tui.screens.steps import Steps  # what it imports is there by now
@@ -291,6 +304,7 @@ class BenchApp(InOrder):
 def open_at_bench(bench: "Workbench", begun: Begun) -> "tuple[Workbench, Session, list[str]]":
     """Open the unit with the physics that its screens need, which is imported here, in a thread."""
     with ONE_IMPORT:
+        import accept.tui.screens.step
         import accept.tui.screens.steps  # noqa: F401
     at_unit = bench.at_unit(begun)
     session, problems = at_unit.open_unit(begun)

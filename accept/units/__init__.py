@@ -15,10 +15,20 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from accept.units.attempts import attempt_folder, attempt_number
     from accept.units.folder_header import TYPED, by_check
     from accept.units.loaded_unit import RESPONSES, LoadedUnit, contents_of, loaded
     from accept.units.unit_entry import EXPERIMENTS, FileEntry, UnitSection
-    from accept.units.unit_folder import UNIT_FILE, UnitError, UnitFolder, anywhere, find, inside, parsed, read
+    from accept.units.unit_folder import (
+        UNIT_FILE,
+        UnitError,
+        UnitFolder,
+        anywhere,
+        attempt_folder,
+        attempt_number,
+        find,
+        inside,
+        parsed,
+        read,
+    )
 else:
     __getattr__ = door(__name__)

@@ -4,6 +4,7 @@ import difflib
 import errno
 import hashlib
 import os
+import re
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -16,7 +17,6 @@ from typing import Any, TypeVar
 from accept.base.documents.results import UnitHeader
 from accept.base.plain_text import as_utf8
 from accept.units import folder_header
-from accept.units.attempts import last_attempt
 from accept.units.unit_entry import Experiments, UnitSection, experiments_of, section_of
 from checks.acceptance import CHECKS, RESERVED
 from checks.declare import Check, Series
@@ -291,3 +291,24 @@ def vet_shared(unit: UnitFolder) -> None:
     if unit.sizes is not None and unit.sizes != _sizes(unit):
         words = "its files are not there, or are others; share the folder under this path with every worker"
         raise UnitError(unit.path, [f"as seen from {gethostname()}, {words}"])
+
+
+_NAME = re.compile(r"attempt-(\d+)")
+
+
+def attempt_folder(number: int) -> str:
+    """Return the name of the folder of an attempt."""
+    return f"attempt-{number}"
+
+
+def attempt_number(folder: str) -> int | None:
+    """Return the number of the attempt whose folder has this name, None for another folder."""
+    found = _NAME.fullmatch(folder)
+    return None if found is None else int(found[1])
+
+
+def last_attempt(unit: Path, file: str) -> Path | None:
+    """Return the folder of the last attempt of a unit that holds a file, None without any."""
+    numbers = {attempt_number(path.parent.name): path.parent for path in unit.glob(f"*/{file}")}
+    last = max((number for number in numbers if number is not None), default=None)
+    return None if last is None else numbers[last]

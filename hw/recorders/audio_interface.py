@@ -19,7 +19,7 @@ from checks.arrays import Array
 from hw.errors import InstrumentRefused, NoReply, SettingsError
 from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, RecorderDriver
+from hw.recorders.recorder import Heard, NamedInputs, RecorderDriver
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.distribution import install
 from specs.strict import Strict, Words
@@ -70,14 +70,7 @@ class AudioInterface:
     def range_of(self, channel: RecorderChannel) -> float:
         return channel.range if channel.range is not None else FULL_SCALE
 
-    def acquire(
-        self,
-        inputs: Sequence[tuple[str, RecorderChannel]],
-        rate_Hz: float,
-        samples: int,
-        output: Array | None,
-        heard: Heard,
-    ) -> Array:
+    def acquire(self, inputs: NamedInputs, rate_Hz: float, samples: int, output: Array | None, heard: Heard) -> Array:
         audio = self._library()
         columns = [self._number(at.physical) - 1 for _, at in inputs]
         queue = _Queue()

@@ -17,7 +17,7 @@ from checks.arrays import Array
 from hw.errors import InstrumentError, InstrumentRefused, SettingsError
 from hw.instruments.driver import settings_of
 from hw.instruments.reading import Identity
-from hw.recorders.recorder import Heard, RecorderDriver, vet_rate
+from hw.recorders.recorder import Heard, NamedInputs, RecorderDriver, vet_rate
 from specs.bench import RecorderChannel, RecorderEntry
 from specs.distribution import install
 from specs.strict import Strict, Words
@@ -71,14 +71,7 @@ class Daqmx:
     def range_of(self, channel: RecorderChannel) -> float:
         return channel.range if channel.range is not None else RANGE_V
 
-    def acquire(
-        self,
-        inputs: Sequence[tuple[str, RecorderChannel]],
-        rate_Hz: float,
-        samples: int,
-        output: Array | None,
-        heard: Heard,
-    ) -> Array:
+    def acquire(self, inputs: NamedInputs, rate_Hz: float, samples: int, output: Array | None, heard: Heard) -> Array:
         ni = self._library()
         finite = ni.constants.AcquisitionType.FINITE
         blocks: list[Array] = []
@@ -117,7 +110,7 @@ class Daqmx:
         library: ModuleType = nidaqmx
         return library
 
-    def _add_inputs(self, ni: ModuleType, task: Any, inputs: Sequence[tuple[str, RecorderChannel]]) -> None:
+    def _add_inputs(self, ni: ModuleType, task: Any, inputs: NamedInputs) -> None:
         constants = ni.constants
         terminal = getattr(constants.TerminalConfiguration, TERMINALS[self._settings.terminal])
         for name, at in inputs:

@@ -21,6 +21,8 @@ NEAR_END = 0.999  # of a converter's range: a value beyond may have been cut
 RATE_WITHIN = 1e-4  # a clock may differ from the wanted rate as a quartz does
 MOST_SAMPLES = 50_000_000  # of all channels together: 400 MB as doubles
 
+NamedInputs = Sequence[tuple[str, RecorderChannel]]
+"""Name and entry of each input."""
 Heard = Callable[[Array], bool]
 """Receives each block (C, n) of the converters' numbers as it comes; returns whether that is enough."""
 Follow = Callable[[Callable[[], Record]], bool]
@@ -41,16 +43,9 @@ class Converter(Protocol):
     def actual_rate(self, inputs: Sequence[RecorderChannel], rate_Hz: float) -> float:
         """Return the rate [Hz] at which it would run if it was asked for this one. Raises InstrumentError."""
 
-    def acquire(
-        self,
-        inputs: Sequence[tuple[str, RecorderChannel]],
-        rate_Hz: float,
-        samples: int,
-        output: Array | None,
-        heard: Heard,
-    ) -> Array:
-        """Return (C, N) numbers of the inputs, name and entry each, N = samples unless `heard` ended it; output
-        (samples,) is played meanwhile, and ends at zero whatever happens. Raises InstrumentError."""
+    def acquire(self, inputs: NamedInputs, rate_Hz: float, samples: int, output: Array | None, heard: Heard) -> Array:
+        """Return (C, N) numbers of the inputs, N = samples unless `heard` ended it; output (samples,) is played
+        meanwhile, and ends at zero whatever happens. Raises InstrumentError."""
 
     def range_of(self, channel: RecorderChannel) -> float: ...
 
@@ -183,7 +178,7 @@ class Recorder:
             raise Implausible(f"{self.name}: {words}; nothing was played")
         return output
 
-    def _vet_ranges(self, wired: Sequence[tuple[str, RecorderChannel]], raw: Array) -> None:
+    def _vet_ranges(self, wired: NamedInputs, raw: Array) -> None:
         for (name, at), numbers in zip(wired, raw, strict=True):
             end = self._converter.range_of(at)
             beyond = int(np.count_nonzero(np.abs(numbers) >= NEAR_END * end))
@@ -194,12 +189,7 @@ class Recorder:
                 )
 
     def _make_record(
-        self,
-        inputs: Sequence[tuple[str, RecorderChannel]],
-        channels: Mapping[str, str],
-        rate_Hz: float,
-        raw: Array,
-        drive: Array | None,
+        self, inputs: NamedInputs, channels: Mapping[str, str], rate_Hz: float, raw: Array, drive: Array | None
     ) -> Record:
         rows, columns = iter(raw), {}
         for name, at in inputs:

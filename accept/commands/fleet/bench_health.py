@@ -18,7 +18,7 @@ from accept.commands.options import JsonAnswer, Plot, QaPassphrase
 from accept.commands.trust.bench_keys import decision_signer, who_acts
 from accept.fleet import gauge, golden, golden_chart
 from accept.fleet.errors import FleetError
-from accept.fleet.golden_check import check as check_goldens
+from accept.fleet.golden import check as check_goldens
 from accept.fleet.measurements import counted, measurements, of_quantity
 from accept.fleet.process_control.gauge_bias import CAPABLE
 from accept.fleet.process_control.gauge_study import CATEGORIES

@@ -11,7 +11,7 @@ from rich.table import Column
 from typer import Argument, Option
 
 from accept.analysis.model_export import save_state_space
-from accept.base.documents.listings import ModelList, ModelListed, ModelShown, ParameterShown
+from accept.base.documents.listings import EffectList, EffectListed, ModelList, ModelListed, ModelShown, ParameterShown
 from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import JsonAnswer, ModelName
 from accept.commands.physics.model_options import FrfOptions, ModesOptions, ParameterSweepOptions
@@ -19,6 +19,7 @@ from accept.models.model_file import OpenedModel, open_model_file
 from checks.arrays import Array
 from checks.errors import ModelError
 from checks.fitting import frf_panels
+from checks.gap import EFFECTS
 from checks.model import PUBLISHED_SWEEPS, Model, StateSpace, frequency_and_damping, frequency_grid, sweep_parameters
 from hw.records import csv_bytes, frd_mat, frf_bytes
 from specs.model import builtin_models
@@ -178,3 +179,34 @@ def _roots(roots: np.ndarray, f_max: float) -> list[tuple[float, float]]:
 
 def _row_of(values: Array, how: str = ".1f") -> str:
     return "  ".join(format(float(v), how) for v in values)
+
+
+WIDTH, INDENT = 80, "    "
+
+
+@command
+def effects(json: JsonAnswer = None) -> Answer:
+    """List the effects that `accept gap` can name as missing. Where each shows, and the measurement that shows it
+    alone."""
+    listed = [
+        EffectListed(
+            effect.name, effect.title, tuple(p.name for p in effect.parameters), tuple(effect.channels), effect.sign,
+            effect.experiment.value, tuple(effect.sources),
+        )
+        for effect in EFFECTS.values()
+    ]  # fmt: skip
+    lines = (line for name in EFFECTS for line in _about_effect(name))
+    return Answer(File(json, EffectList(tuple(listed))), *lines)
+
+
+def _about_effect(name: str) -> list[str]:
+    effect = EFFECTS[name]
+    parameters = ", ".join(p.name for p in effect.parameters)
+    said = (
+        f"shows on {', '.join(effect.channels)}: {effect.sign}",
+        f"alone: {effect.experiment.value}",
+        f"source: {', '.join(effect.sources)}",
+    )
+    wrapped = (textwrap.wrap(line, WIDTH, initial_indent=INDENT, subsequent_indent=2 * INDENT) for line in said)
+    head = f"{effect.name}{f' ({parameters})' if parameters else ''}: {effect.title}"
+    return [head, *(line for lines in wrapped for line in lines)]

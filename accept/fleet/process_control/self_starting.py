@@ -9,6 +9,8 @@ The first comparisons know their spread badly. Of a short chart all values are l
 a drift that grows, in any stretch of them, against all others.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri, stdtr
@@ -94,21 +96,28 @@ def stretch(x: Array, kept: NDArray[np.intp], chance: float, rounding: float) ->
 
     Bonferroni's bound of Student's t of as many regressions as there are stretches of two or more."""
     y, n = x[kept], kept.size
-    ends = [(i, k) for i in range(BEFORE, n - 1) for k in range(i + 2, n + 1)]
-    if not ends or np.ptp(y) == 0.0:
+    if n < BEFORE + 2 or np.ptp(y) == 0.0:
         return None
-    at = np.arange(n)
-    inside = np.array([(at >= i) & (at < k) for i, k in ends], dtype=float)
-    shapes = np.concatenate([inside, inside * (at - np.array(ends)[:, :1] + 1)])
-    shapes -= shapes.mean(axis=1, keepdims=True)
+    ends, shapes, squares = _shapes(n)
     y = y - y.mean()
-    explained = (shapes @ y) ** 2 / (shapes**2).sum(axis=1) / (y @ y)
+    explained = (shapes @ y) ** 2 / squares / (y @ y)
     best = int(np.argmax(explained))
     rest = (1.0 - explained[best]) * (y @ y) + n * rounding**2
     if explained[best] * (y @ y) * (n - 2) <= most_sigmas(len(shapes), n - 2, chance) ** 2 * rest:
         return None
     first, end = ends[best % len(ends)]
     return int(kept[first]), int(kept[end - 1])
+
+
+@lru_cache(maxsize=8)
+def _shapes(n: int) -> tuple[list[tuple[int, int]], Array, Array]:
+    """Return the first and end of each stretch of n values, its step and its drift about their means, and the sums of
+    their squares."""
+    ends, at = [(i, k) for i in range(BEFORE, n - 1) for k in range(i + 2, n + 1)], np.arange(n)
+    inside = np.array([(at >= i) & (at < k) for i, k in ends], dtype=float)
+    shapes = np.concatenate([inside, inside * (at - np.array(ends)[:, :1] + 1)])
+    shapes -= shapes.mean(axis=1, keepdims=True)
+    return ends, shapes, (shapes**2).sum(axis=1)
 
 
 def score(value: float, before: Array, rounding: float) -> float | None:

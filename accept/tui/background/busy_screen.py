@@ -203,6 +203,10 @@ class Working(Screen[T]):
                 return name
         return None
 
+    def say_first(self, words: str) -> None:
+        """Say why this screen was opened."""
+        self.say(words)
+
     def say(self, words: str, role: str = "quiet") -> None:
         """Show one line at the foot of the screen. role: quiet, saved, doubt, good, bad."""
         mark = {"good": "✓ ", "bad": "✗ ", "saved": "▪ ", "doubt": "? "}.get(role, "")

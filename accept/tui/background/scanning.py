@@ -40,6 +40,12 @@ class OpensUnits(KnowsPassphrases, Protocol):
     async def go_to_step(self, name: str) -> None:
         """Open a step of this unit."""
 
+    def step_screen(self, bench: Workbench, session: Session, name: str) -> "Scanning":
+        """Return the screen of a step of a unit."""
+
+    def load_summary(self) -> "Callable[[Workbench, Session], Scanning]":
+        """Return the summary of a unit, whose imports take long: to be called in a thread."""
+
     async def is_serial(self, text: str) -> bool:
         """Return whether text is the serial of a unit that was begun here, or one by its spec's own pattern."""
 

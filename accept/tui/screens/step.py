@@ -108,6 +108,9 @@ class StepScreen(Page):
             yield Card(Vertical(id="fields"), title="Entries", id="entries")
         yield Hanging(id="notes", classes="card")
 
+    def say_first(self, words: str) -> None:
+        self.say(words if self.step.derived else f"{words}. {self.dialogue.what_now}")
+
     def drawings(self) -> ComposeResult:
         if self._guides:
             yield Card(*self._guides, title="Drawing", id="drawing")

@@ -3,7 +3,7 @@
 import asyncio
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -12,12 +12,11 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import DataTable, Label
 
 from accept.store import Event
-from accept.tui.background.busy_screen import ENDS, MOVES, ONE_IMPORT, Working
+from accept.tui.background.busy_screen import ENDS, MOVES, Working
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.gap import WORDS, Explain, answer
 from accept.tui.screens.notes import ask_note, note_saved, note_words
 from accept.tui.screens.put_right import ask_remedy
-from accept.tui.screens.step import StepScreen
 from accept.tui.widgets.card import Card, entitle
 from accept.tui.widgets.findings import findings_text, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
@@ -43,10 +42,6 @@ from accept.workflow.steps.plan import WorkflowStep
 from accept.workflow.steps.status import Status
 from accept.workflow.steps.unit_list import RIG
 from specs.errors import AcceptError
-
-if TYPE_CHECKING:
-    from accept.tui.screens.summary import Summary
-
 
 _OPEN = "Enter: open the step"
 _DONE = f"All steps are done. F9: summary and signature. {_OPEN}"
@@ -111,7 +106,7 @@ class Steps(Scanning):
         self._stand_at_next()
         self.set_focus(self.query_one(StepList))
         self.say(self._words or self._what_now, "bad" if self._words else "quiet")
-        self.aside(load_summary, lambda _: None, "import")
+        self.aside(self.bench_app.load_summary, lambda _: None, "import")
         self.aside(self._look_into_records, lambda _: None, "records")
 
     def _look_into_records(self) -> None:
@@ -210,14 +205,14 @@ class Steps(Scanning):
             await super().take_value(text)
             return
         await self._open(step)
-        if isinstance(shown := self.app.screen, StepScreen):
+        if isinstance(shown := self.app.screen, Scanning) and shown is not self:
             await shown.take_value(text)
 
     async def _open(self, step: WorkflowStep | None) -> None:
         if step is None:
             await self.app.push_screen(Explain(self.bench, self.session), self._back)
         else:
-            await self.app.push_screen(StepScreen(self.bench, self.session, step.name), self._back)
+            await self.app.push_screen(self.bench_app.step_screen(self.bench, self.session, step.name), self._back)
 
     async def open_step(self, name: str) -> None:
         self.query_one(StepList).stand_at(name)
@@ -232,9 +227,7 @@ class Steps(Scanning):
         await self._open(self.session.step(step))
         shown = self.app.screen
         if words and isinstance(shown, Working):
-            if isinstance(shown, StepScreen) and not shown.step.derived:
-                words = f"{words}. {shown.dialogue.what_now}"
-            shown.say(words)
+            shown.say_first(words)
 
     async def _back(self, goes_on: bool | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
@@ -287,7 +280,7 @@ class Steps(Scanning):
 
     async def action_summary(self) -> None:
         """Open the summary; drawing and signing take a second to import, in a thread. Keys that follow wait for it."""
-        summary = await asyncio.to_thread(load_summary)
+        summary = await asyncio.to_thread(self.bench_app.load_summary)
         if self.is_current:
             await self.app.push_screen(summary(self.bench, self.session), self._summed)
 
@@ -315,13 +308,6 @@ class Steps(Scanning):
     def help_text(self) -> str:
         marks = "\n".join(f"  {status.mark}  {status.word}" for status in Status)
         return f"You can do the steps in any order. The cursor is on the first incomplete step.\n\n{marks}"
-
-
-def load_summary() -> "type[Summary]":
-    """Return the summary, whose imports take long; called in a thread."""
-    with ONE_IMPORT:
-        from accept.tui.screens.summary import Summary
-    return Summary
 
 
 def instructions(step: WorkflowStep) -> Text:

@@ -16,11 +16,10 @@ from checks.errors import RecordError
 from hw.records.clocks import is_time
 from hw.records.damage import DAMAGE, refused
 from hw.records.responses.arrays import arrays_of
-from hw.records.responses.complex_text import has_complex, heads_of
 from hw.records.responses.file import ResponseFile
 from hw.records.responses.matlab import read_matlab
 from hw.records.responses.own_json import read_json
-from hw.records.responses.table import read_table
+from hw.records.responses.table import has_complex, heads_of, read_table
 from hw.records.responses.units import axis_unit, is_frequency_unit
 from hw.records.responses.universal import read_universal
 from hw.records.source import TDMS, Source, load_bytes

@@ -15,8 +15,8 @@ from accept.batch import services
 from accept.certificate.trust import keys
 from accept.fleet import gauge, golden
 from accept.fleet.golden import BenchStopped
+from accept.fleet.golden import check as check_goldens
 from accept.fleet.golden_chart import golden_trends
-from accept.fleet.golden_check import check as check_goldens
 from accept.fleet.measurements import measurements
 from accept.fleet.trend import trends
 from accept.fleet.yields import yields

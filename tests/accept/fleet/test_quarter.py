@@ -4,8 +4,10 @@ golden unit is no part of the process."""
 import datetime
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -36,6 +38,27 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         with open_store() as store:
             fill(store)
     return place
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of the quarter as it was filled, once for all tests."""
+
+    frame: pd.DataFrame
+    page: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, home: Path) -> "Asked":
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("ACCEPT_HOME", str(home))
+            with open_store() as store:
+                return cls(measurements(store), document(store, {}))
+
+
+@pytest.fixture(scope="module")
+def asked(filled: Path, tmp_path_factory: pytest.TempPathFactory) -> Asked:
+    """Not to be changed. (Of a copy: an open store writes beside itself.)"""
+    return Asked.of(shutil.copytree(filled, tmp_path_factory.mktemp("asked") / "bench"))
 
 
 @pytest.fixture(autouse=True)
@@ -85,11 +108,9 @@ def test_a_month_of_copied_numbers_alone_rings_as_such_and_by_no_rounding_error(
     assert not ben["in_control"]
 
 
-def test_a_baseline_is_made_of_measured_values(tmp_path):
+def test_a_baseline_is_made_of_measured_values(asked):
     days = ("--baseline", "2026-07-06..2026-09-20")
-    with open_store() as store:
-        frame = measurements(store)
-    (made,) = trends(frame[frame["operator"] == "Ben"], "sensor_uF", "all")
+    (made,) = trends(asked.frame[asked.frame["operator"] == "Ben"], "sensor_uF", "all")
     done = accept("trend", "sensor_uF", "--by", "operator", *days)
     assert done.exit_code == 4, done.output
     with open_store() as store:
@@ -104,10 +125,8 @@ def test_sets_of_copied_numbers_are_no_best_match():
     assert f"{COPIED:g} " not in said(done).partition("set serial")[2].partition("median U")[0]
 
 
-def test_each_stopped_unit_counts_once_under_its_cause():
-    with open_store() as store:
-        frame = measurements(store)
-        page = document(store, {})
+def test_each_stopped_unit_counts_once_under_its_cause(asked):
+    frame, page = asked.frame, asked.page
     made, causes = yields(frame, "kind"), pareto(frame)
     assert (made["units"].sum(), made["first"].sum()) == (UNITS, UNITS - STOPPED)
     found = {(row["quantity"], row["verdict"]): (row["units"], row["also"]) for row in causes.to_dict("records")}
@@ -134,17 +153,14 @@ def test_each_stopped_unit_counts_once_under_its_cause():
     assert len(panels(made, causes, "kind")) == 2
 
 
-def test_what_stopped_the_units_of_a_month_is_of_that_month():
-    with open_store() as store:
-        frame = measurements(store)
+def test_what_stopped_the_units_of_a_month_is_of_that_month(asked):
+    frame = asked.frame
     july = frame["measured"] < "2026-08-01"
     assert pareto(frame, july)["units"].sum() == 160 - yields(frame, "kind", july)["first"].sum() == 3
 
 
-def test_a_golden_unit_is_in_no_count_and_is_said():
-    with open_store() as store:
-        frame = measurements(store)
-        page = document(store, {})
+def test_a_golden_unit_is_in_no_count_and_is_said(asked):
+    frame, page = asked.frame, asked.page
     assert yields(frame, "kind")["units"].sum() == UNITS
     assert GOLDEN not in set(trends(frame, "stroke_um", "all")[0].rows["serial"])
     of_golden = [j for j in page["judgements"] if j["serial"] == GOLDEN]
@@ -259,7 +275,7 @@ def test_units_are_recalled_since_the_golden_unit_was_right(tmp_path, monkeypatc
         assert "either --since YYYY-MM-DD or --since-good" in said(accept(*recall, *wrong))
 
 
-def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else():
+def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else(asked):
     """Alarms, golden units, decisions and recalls beside the judgements of these days."""
     september = datetime.date(2026, 9, 1), datetime.date(2026, 9, 30)
     checked = InstrumentChecked(
@@ -268,7 +284,6 @@ def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else():
     )  # fmt: skip
     decided = NonconformanceDecided(("stroke: scratch",), Decision("use-as-is", "harmless"))
     with open_store() as store:
-        whole = document(store, {})
         first = store.write(checked, who="Ann")
         store.write(decided, min(HELD), who="Grace")
         store.write(GoldenMissed((GOLDEN,), {GOLDEN: ("stroke_um: 366.8",)}, store.bench), who="Ann")
@@ -277,7 +292,7 @@ def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else():
         now = document(store, {}, since=datetime.date(2026, 7, 1), until=today)
     days = {judged["at"][:7] for judged in month["judgements"]}
     assert days == {"2026-09"}
-    assert len(month["judgements"]) == sum(judged["at"][:7] == "2026-09" for judged in whole["judgements"])
+    assert len(month["judgements"]) == sum(judged["at"][:7] == "2026-09" for judged in asked.page["judgements"])
     alarms = [row for row in month["happenings"] if row["kind"] == "alarm"]
     assert alarms
     assert {row["day"][:7] for row in month["happenings"]} == {"2026-09"}

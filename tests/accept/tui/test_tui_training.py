@@ -23,6 +23,7 @@ from accept.workflow.dialogue.begin import Begun
 from accept.workflow.entry.record_folder import SETTLED_S
 from accept.workflow.training import TrainingScore, TrainingUnit, hidden_words, open_training, training_request
 from tests.accept.tui.tui_help import press, running, settled, words
+from tests.accept.units.test_simulate import FIRST
 
 PASSPHRASE = "correct horse"
 MOST_KEYS = {"apa": 45, "strut": 60}  # from the serial to the certificate, letters of a passphrase apart
@@ -271,25 +272,6 @@ async def test_a_spec_without_responses_can_be_practised_and_offers_no_remedy_fo
     assert "frf" not in {step.name for step in session.steps}
     session.close()
     bench.close()
-
-
-FIRST = {
-    "flatness": "clean both faces",
-    "capacitance": "leads are on the right stacks",
-    "dead_stack": "all three stacks",
-    "soft": "weigh the added mass",
-    "soft_bending": "check the clamping",
-    "hysteresis": "let the amplifier warm up",
-    "double_hit": "hit once, briefly",
-    "wrong_payload": "check the payload",
-    "polarity": "reverse the connection of sensor stack Vs",
-    "exchanged": "exchange the plugs of encoder de and interferometer da",
-    "offset": "check the acquisition settings",
-    "dead_encoder": "check plug and supply of encoder de",
-    "dead_sensor": "check plug and supply of sensor stack Vs",
-    "clipped": "set the range of sensor stack Vs higher",
-    "truncated": "copy, correct or export the file again",
-}
 
 
 @pytest.mark.parametrize(("kind", "fault"), [(k, name) for name, f in FAULTS.items() for k in f.kinds])

@@ -65,7 +65,7 @@ def test_every_key_that_a_screen_names_can_be_touched():
     """Those of the row of keys, of the app, of the pages; and what forgets an open key and shows more values."""
     from textual.screen import Screen
 
-    from accept.commands.bench.web_page import additions
+    from accept.commands.bench.loopback import additions
     from accept.tui import screens
     from accept.tui.app import BenchApp
 
@@ -88,8 +88,7 @@ async def test_the_first_screen_comes_to_its_own_page_and_to_no_other(tmp_path: 
     """And the program of the window has ended when the server has."""
     from aiohttp import web as server
 
-    from accept.commands.bench.loopback import HEADERS, Loopback, template_without_strangers
-    from accept.commands.bench.web_page import UPLOAD
+    from accept.commands.bench.loopback import HEADERS, UPLOAD, Loopback, template_without_strangers
 
     programs, start = [], asyncio.create_subprocess_exec
 

@@ -14,6 +14,7 @@ from accept.certificate import CertificateContent, InvalidCertificate
 from accept.certificate.verify import rejudge
 from accept.cli.main import app
 from accept.judging import judge_unit, load_spec
+from accept.judging.advice import first_advice
 from accept.models.model_file import open_model
 from accept.simulate import FAULTS, UnitRequest, UnitRequestError, simulate, write
 from accept.simulate import demo as demo_unit
@@ -149,7 +150,7 @@ def test_a_filter_is_in_the_path_of_its_channels_alone(
 
 def test_a_good_strut_is_accepted_and_told_right(strut: Model, tmp_path: Path) -> None:
     result = judged(order(strut), tmp_path)
-    assert result.verdict == "accepted"
+    assert (result.verdict, first_advice(result.findings)) == ("accepted", None)
     found = {f.quantity: f for f in result.findings}
     f, _ = frequency_and_damping(with_effects(strut, [MISALIGNED]).poles())
     for name in ("axial_resonance_Hz", "x_bending_Hz", "y_bending_Hz"):
@@ -158,7 +159,7 @@ def test_a_good_strut_is_accepted_and_told_right(strut: Model, tmp_path: Path) -
 
 def test_a_good_apa_is_accepted_and_told_right(apa: Model, tmp_path: Path) -> None:
     result = judged(order(apa, "apa"), tmp_path)
-    assert result.verdict == "accepted"
+    assert (result.verdict, first_advice(result.findings)) == ("accepted", None)
     figures = json.loads((tmp_path / "truth.json").read_text())["figures"]
     found = {f.quantity: f for f in result.findings} | {i.quantity: i for i in result.information}
     x_bending, y_bending, _, torsion = figures["modes_Hz"]
@@ -182,6 +183,24 @@ def test_a_good_apa_is_accepted_and_told_right(apa: Model, tmp_path: Path) -> No
         assert abs(found[name].value - value) < 1.5 * found[name].U + shape.get(name, 0.0) * value, name
     assert found["hysteresis_percent"].value == pytest.approx(100 * figures["loop"], abs=0.1)
 
+
+FIRST = {  # what is said first about each fault: the right action
+    "flatness": "clean both faces",
+    "capacitance": "leads are on the right stacks",
+    "dead_stack": "all three stacks",
+    "soft": "weigh the added mass",
+    "soft_bending": "check the clamping",
+    "hysteresis": "let the amplifier warm up",
+    "double_hit": "hit once, briefly",
+    "wrong_payload": "check the payload",
+    "polarity": "reverse the connection of sensor stack Vs",
+    "exchanged": "exchange the plugs of encoder de and interferometer da",
+    "offset": "check the acquisition settings",
+    "dead_encoder": "check plug and supply of encoder de",
+    "dead_sensor": "check plug and supply of sensor stack Vs",
+    "clipped": "set the range of sensor stack Vs higher",
+    "truncated": "copy, correct or export the file again",
+}
 
 # Beside the heavy lane one of each kind: of the part, of a stack, of the drive, of an experiment, of a channel, of a
 # file. A wrong payload is judged in test_bench_errors.py.
@@ -208,6 +227,7 @@ def test_every_fault_is_found_and_nothing_else(kind: str, apa: Model, strut: Mod
         sections = {CHECKS[f.check].reads for f in result.findings if (f.quantity, str(f.verdict)) in expected}
         alone = [f for f in result.findings if f.verdict != "pass" and not only_contradicted(f)]
         assert {CHECKS[f.check].reads for f in alone} == sections, name
+        assert str(first_advice(result.findings)).partition("; ")[0].count(FIRST[name]) == 1, name
 
 
 def only_contradicted(finding: Finding) -> bool:

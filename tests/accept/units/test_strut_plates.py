@@ -1,6 +1,7 @@
 """A strut without encoder, whose encoder sits on the plates: Vs and da alone, from folder to certificate and gap."""
 
 import json
+import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -42,6 +43,18 @@ def simulated(serial: str, kind: str = KIND, **changes: object) -> SimulatedUnit
 
 def unit(place: Path, serial: str, kind: str = KIND, **changes: object) -> Path:
     return write(simulated(serial, kind, **changes), place / serial)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A sound unit with two records of its responses, made once for a run."""
+    return once(tmp_path_factory, "sound_strut_plates", lambda place: unit(place, "P-1", repeats=False))
+
+
+@pytest.fixture
+def folder(sound: Path, tmp_path: Path) -> Path:
+    """A copy of it, which a test may change."""
+    return Path(shutil.copytree(sound, tmp_path / "P-1"))
 
 
 def column(folder: Path, stems: tuple[str, ...], channel: str, values: object) -> None:
@@ -150,18 +163,18 @@ def test_an_effect_is_found_in_two_channels_and_hysteresis_in_da(tmp_path: Path)
 
 
 @pytest.mark.parametrize(("dead", "cause"), [("noise", Cause.CHANNEL_NOT_DRIVEN), ("constant", Cause.CHANNEL_CONSTANT)])
-def test_with_a_dead_sensor_it_is_refused(dead: str, cause: Cause, tmp_path: Path) -> None:
-    folder = unit(tmp_path, "P-3", fault="dead_sensor" if dead == "noise" else None, repeats=False)
+def test_with_a_dead_sensor_it_is_refused(dead: str, cause: Cause, folder: Path, tmp_path: Path) -> None:
     if dead == "constant":
         column(folder, BANDS[:2], "Vs", np.zeros_like)
+    else:
+        folder = unit(tmp_path, "P-3", fault="dead_sensor", repeats=False)
     result = judged(folder)
     assert (result.verdict, causes(result, "axial_resonance_Hz")[0]) == ("incomplete", cause)
 
 
-def test_an_encoder_in_its_records_is_asked_about(tmp_path: Path) -> None:
+def test_an_encoder_in_its_records_is_asked_about(folder: Path) -> None:
     """Records of a strut with encoder under the kind of one without: never a pass, and gap does not use de."""
-    folder = unit(tmp_path, "P-4", repeats=False)
-    for name, content in simulated("P-4", "strut", repeats=False).files.items():
+    for name, content in simulated("P-1", "strut", repeats=False).files.items():
         if name.startswith("frf"):
             (folder / name).write_bytes(content)
     result = judged(folder)
@@ -173,15 +186,13 @@ def test_an_encoder_in_its_records_is_asked_about(tmp_path: Path) -> None:
     assert causes(result, "hysteresis_percent") == []
 
 
-def test_a_column_de_that_stands_still_is_no_encoder(tmp_path: Path) -> None:
+def test_a_column_de_that_stands_still_is_no_encoder(folder: Path) -> None:
     """A rig stores every input: without encoder its counter stays at one value."""
-    folder = unit(tmp_path, "P-5", repeats=False)
     column(folder, BANDS[:2], "de", np.zeros_like)
     assert judged(folder).verdict == "accepted"
 
 
-def test_a_strut_with_encoder_needs_de_and_is_pointed_to_the_other_kind(tmp_path: Path) -> None:
-    folder = unit(tmp_path, "P-6", repeats=False)
+def test_a_strut_with_encoder_needs_de_and_is_pointed_to_the_other_kind(folder: Path) -> None:
     text = (folder / UNIT_FILE).read_text().replace(f'"{KIND}"', '"strut"')
     (folder / UNIT_FILE).write_text(text)
     result = judged(folder, "strut-basic")
@@ -194,8 +205,7 @@ def test_a_strut_with_encoder_needs_de_and_is_pointed_to_the_other_kind(tmp_path
         judge_unit(unit_folder.read(folder), load_spec(KIND))
 
 
-def test_misalignment_says_why_it_does_not_apply(tmp_path: Path) -> None:
-    folder = unit(tmp_path, "P-7", repeats=False)
+def test_misalignment_says_why_it_does_not_apply(folder: Path, tmp_path: Path) -> None:
     exit_code, _, said = accept(tmp_path / "home", "misalign", folder)
     assert exit_code == 6
     assert NO_ENCODER in said
@@ -208,9 +218,8 @@ def test_misalignment_says_why_it_does_not_apply(tmp_path: Path) -> None:
         load_spec(str(spec))
 
 
-def test_a_model_with_an_encoder_is_not_its_model(tmp_path: Path) -> None:
+def test_a_model_with_an_encoder_is_not_its_model(folder: Path, tmp_path: Path) -> None:
     """The head's mass is not there: what it leaves in da would be given another name."""
-    folder = unit(tmp_path, "P-8", repeats=False)
     exit_code, _, said = accept(tmp_path / "home", "gap", folder, "--model", "strut", "--out", tmp_path / "out")
     assert exit_code == 6
     assert f"the model of its kind is {KIND}" in said

@@ -26,7 +26,7 @@ from accept.certificate.trust.keys import QA
 from accept.certificate.trust.keys import TECHNICIAN as TECHNICIANS
 from accept.certificate.verify import against_store
 from accept.commands.trust import approve_spec
-from accept.fleet.golden_check import check
+from accept.fleet.golden import check
 from accept.judging.reservations import parts_below
 from accept.store import START, open_store
 from accept.store import store as reading

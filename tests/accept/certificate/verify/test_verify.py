@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cryptography.hazmat.primitives.serialization import Encoding
 from pypdf import PdfReader, PdfWriter
 
-from accept.base import version
+from accept.base import child_processes, version
 from accept.base.documents.results import UnitRecord
 from accept.certificate import CertificateContent, InvalidCertificate, Validity, Verification, read_contents
 from accept.certificate.contents import content as certificate_content
@@ -22,6 +23,7 @@ from accept.certificate.signature.signing import sign
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
 from accept.certificate.verify import attachments as contents
+from accept.certificate.verify import structure
 from accept.certificate.verify.rejudge import unpack
 from accept.certificate.verify.result_diff import differences, is_said_otherwise, is_within_U
 from accept.pictures.pdf.assemble import assemble
@@ -36,19 +38,28 @@ from tests.accept.certificate.certificate_help import (
     stated,
     stated_head,
 )
-from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, made_bench, refused, verify
+from tests.accept.certificate.verify.verify_help import LATER, NOW, Bench, refused, verify
 
 
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return made_bench(tmp_path_factory.mktemp("unit"))
+@pytest.fixture(autouse=True)
+def processes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Files are read as the product reads them, in processes of their own; how many there were."""
+    counted: list[int] = []
+
+    def bounded(*given: Any, **limits: Any) -> Any:
+        counted.append(1)
+        return child_processes.bounded(*given, **limits)
+
+    monkeypatch.setattr(structure, "bounded", bounded)
+    return counted
 
 
 # --- what holds ------------------------------------------------------------------------------------------------------
 
 
-def test_signed_by_the_technician_alone_is_valid_and_open(bench: Bench) -> None:
+def test_signed_by_the_technician_alone_is_valid_and_open(bench: Bench, processes: list[int]) -> None:
     report = bench.check(bench.signed)
+    assert len(processes) == 1
     assert report.valid, report.reason
     assert not report.countersigned
     assert "countersignature open" in report.reason
