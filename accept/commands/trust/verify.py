@@ -38,7 +38,7 @@ from specs.errors import AcceptError
 from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned", "approved", "current")
-LEAST_FOR_EACH, MOST_PROCESSES = 4, 4  # certificates that pay for the start of a process; each has 350 MB
+LEAST_FOR_EACH, MOST_PROCESSES = 10, 4  # certificates that pay for the start of a process; each has 350 MB
 SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
