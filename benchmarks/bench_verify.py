@@ -55,11 +55,15 @@ def main(count: int) -> None:
         run(home, "keys", "init")
         made = run(home, "batch", units, "--out", out)
         pages = sorted((out / "certificates").glob("*.pdf"))
-        few, many = run(home, "verify", *pages[:FEW]), run(home, "verify", *pages)
+        few, many = (run(home, "verify", "--workers", 1, *some) for some in (pages[:FEW], pages))
+        began = time.monotonic()
+        both = run(home, "verify", "--workers", 2, *pages)
+        waited = time.monotonic() - began
     each = (many.cpu - few.cpu) / (count - FEW)
     print(f"reading the records of one and a transform of each: {min(reading):.2f} s")
     print(f"judged and certified: {made.cpu / count:.2f} s each")
     print(f"verified: {many.cpu:.1f} s for {count}, {each:.2f} s each, {each / min(reading):.1f} times reading")
+    print(f"by two processes: {both.cpu:.1f} s of processor, {waited:.1f} s of the clock")
     print(f"peak memory: {few.memory:.0f} MB for {FEW}, {many.memory:.0f} MB for {count}")
 
 

@@ -283,7 +283,8 @@ def _cautions(cap: Capability, alarms: Collection[Alarm]) -> list[str]:
     if any(alarm.rule in (VALUE, SHIFT, DRIFT) for alarm in alarms):
         out.append("not in control: Cp and Cpk describe no stable process; Pp and Ppk describe what was delivered")
     if not cap.normal:
-        words = f"not normal (Anderson-Darling, p {cap.p_normal:.2g})"
+        chance = f"p {cap.p_normal:.2g}" if cap.p_normal > 1e-6 else "p below 1e-6"  # the approximation ends at 0
+        words = f"not normal (Anderson-Darling, {chance})"
         if cap.percentiles is None:
             out.append(f"{words}, and no distribution fits: the indices say little")
         else:
@@ -321,9 +322,9 @@ def alarm_words(trend: Trend, alarm: Alarm) -> str:
             there = "" if first["bench"] == NOT_STATED else f", at bench {first['bench']}"
             return f"{units} ({since}{there}): {size} from the mean{alarm.evidence and f'; {alarm.evidence}'}"
         case "shift":
-            return f"{shown}: the mean moved {alarm.direction} by {size}{where}"
+            return f"{shown}: the mean moved {alarm.direction} by {size.lstrip('+-')}{where}"
         case "drift":
-            return f"{shown}: drifts {alarm.direction}, by {size} over these units{where}"
+            return f"{shown}: drifts {alarm.direction}, by {size.lstrip('+-')} over these units{where}"
         case _:
             return f"{shown}: rule {alarm.rule}, {NELSON[int(alarm.rule)]}"
 

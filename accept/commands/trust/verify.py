@@ -1,5 +1,6 @@
 """`accept verify`."""
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +14,8 @@ from accept.base.exit_codes import Exit
 from accept.base.home import home
 from accept.base.loading import keep_loaded
 from accept.base.plain_text import one_line
-from accept.base.progress import busy
+from accept.base.progress import busy, steps
+from accept.base.runner import GivenUp, Processes
 from accept.certificate import (
     ListsBeside,
     Validity,
@@ -36,6 +38,7 @@ from specs.errors import AcceptError
 from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned", "approved", "current")
+LEAST_FOR_EACH, MOST_PROCESSES = 10, 4  # certificates that pay for the start of a process; each has 350 MB
 SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
@@ -70,6 +73,7 @@ def run(
     certificates: Annotated[list[Path], Argument(help="The certificate to check; several, or folders: a table.")],
     options: VerifyOptions,
     as_table: Annotated[bool, Option("--table", help="A table of one certificate too.")] = False,
+    workers: Annotated[int | None, Option(min=1, help="Number of processes; default: by the amount of work.")] = None,
     json: JsonAnswer = None,
 ) -> Answer:
     """Verify a certificate from its own bytes. Signatures, coverage, roles, CA, and the verdict judged again."""
@@ -81,9 +85,9 @@ def run(
     wanted_spec = None if options.spec is None else load(options.spec).sha256
     if as_table or len(certificates) > 1 or certificates[0].is_dir():
         package = evidence_in(certificates[0]) if len(certificates) == 1 else None
-        verify = verifier(options if package is None else _trusting(options, certificates[0]))
-        looked_at = verified(certificates, verify)
-        found = [(path, report, _unmet_requirements(report, required, wanted_spec)) for path, _, report in looked_at]
+        options = options if package is None else _trusting(options, certificates[0])
+        looked_at = _at_once(certificates, options, workers)
+        found = [(path, report, _unmet_requirements(report, required, wanted_spec)) for path, report in looked_at]
         lines, exit = ([], Exit.ACCEPTED) if package is None else _state(certificates[0], package, options)
         return _of_many(found, json, lines, exit)
     with busy(f"{certificates[0].name}: judging again"):
@@ -140,22 +144,66 @@ def verified(
     """Yield the files among paths and every PDF in the folders among them, each once, in the order of their names in a
     folder, with its bytes and its verification. One that cannot be read is not valid: the others are looked at. Raises
     CertificatesMissing for a folder without any, before the first."""
+    for nth, path in enumerate(_files(paths)):
+        if nth == 1:
+            keep_loaded()
+        with busy(f"{path.name}: judging again"):
+            found = _read_and_verified(path, verify)
+        yield path, *found
+
+
+def _files(paths: Sequence[Path]) -> list[Path]:
     found = dict[Path, None]()
     for path in paths:
         inside = sorted(each for each in path.rglob("*") if each.suffix.lower() == ".pdf") if path.is_dir() else [path]
         if not inside:
             raise CertificatesMissing(f"{path}: holds no certificate (no file that ends in .pdf)")
         found.update(dict.fromkeys(inside))
-    for nth, path in enumerate(found):
-        if nth == 1:
+    return [*found]
+
+
+def _read_and_verified(path: Path, verify: Callable[[bytes], Verification]) -> tuple[bytes, Verification]:
+    try:
+        content = read_certificate(path)
+        return content, verify(content)
+    except OSError as e:
+        return b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
+
+
+@dataclass(frozen=True)
+class _Certificate:
+    """A certificate to verify, as another process is told."""
+
+    path: Path
+    options: VerifyOptions
+
+    def run(self) -> Verification:
+        is_first = (key := repr(self.options)) not in _VERIFIERS
+        verify = _VERIFIERS[key] = verifier(self.options) if is_first else _VERIFIERS[key]
+        _, report = _read_and_verified(self.path, verify)
+        if is_first:
             keep_loaded()
-        try:
-            with busy(f"{path.name}: judging again"):
-                content = read_certificate(path)
-                report = verify(content)
-        except OSError as e:
-            content, report = b"", Verification(Validity.NOT_VALID, f"it cannot be read ({e.strerror or e})")
-        yield path, content, report
+        return report
+
+
+_VERIFIERS: dict[str, Callable[[bytes], Verification]] = {}  # of this process, by their options
+
+
+def _at_once(paths: Sequence[Path], options: VerifyOptions, workers: int | None) -> list[tuple[Path, Verification]]:
+    """Return the files that `verified` yields and their verifications, made on several cores if there are many. What
+    no process could verify is not valid. A store that is named in the environment is asked by this process alone:
+    others are not told its password."""
+    files, verify = _files(paths), verifier(options)  # what is wrong with the options is said at once
+    count = workers or min(os.cpu_count() or 1, MOST_PROCESSES, len(files) // LEAST_FOR_EACH)
+    if count < 2 or "ACCEPT_STORE_URL" in os.environ:
+        return [(path, report) for path, _, report in verified(files, verify)]
+    found = dict[Path, Verification]()
+    done = Processes(count).unordered(_Certificate.run, [_Certificate(path, options) for path in files])
+    for job, report in steps(done, "judging again", len(files)):
+        if isinstance(report, GivenUp):
+            report = Verification(Validity.NOT_VALID, f"it could not be verified: {report}")
+        found[job.path] = report
+    return [(path, found[path]) for path in files]
 
 
 def _outcome(report: Verification) -> str:

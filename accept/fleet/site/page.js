@@ -119,6 +119,8 @@ function drawTrend(rows) {
   plot("trend-plot", points.length ? traces : [], { shapes, showlegend: groups.length > 1,
     xaxis: { type: "date", title: { text: "day of measurement" } },
     yaxis: { title: { text: F.labels[name] + (F.quantities[name] && ` [${F.quantities[name]}]`) } } });
+  $("marks").textContent = ["Solid and dashed: mean and limits of the process; dotted: limits of the spec", ...(many ? [] : ["bars: U (k = 2)"]),
+    ...(doubted.length ? ["circled: judged while a golden unit was off"] : []), ...(marked.length ? ["diamonds: an alarm begins"] : [])].join("; ") + ".";
   const list = $("alarms"); list.replaceChildren();
   const alarm = (words, rings) => list.append(node("li", (rings ? "" : "to be watched: ") + words, rings ? "fail" : "watch"));
   for (const words of F.goldens[name] || []) alarm(`golden unit ${words}`, F.rings.goldens.includes(words));
@@ -161,7 +163,7 @@ function drawTable(rows) {
   const body = $("table").tBodies[0], fresh = document.createDocumentFragment();
   for (const j of sorted.slice(0, state.shown)) {
     const row = node("tr"); row.tabIndex = 0; row.dataset.serial = j.serial;
-    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "operator" ? j.by : c === "verdict" && j.simulated ? `${j[c]}, simulated` : j[c], c === "verdict" ? j.verdict : c));
+    for (const c of COLUMNS) row.append(node("td", c === "time" ? j.time.replace("T", " ").slice(0, 16) : c === "causes" ? j.why : c === "operator" ? j.by : c === "verdict" ? [j[c], ...(j.simulated ? ["simulated"] : []), ...(j.golden ? ["golden unit"] : [])].join(", ") : j[c], c === "verdict" ? j.verdict : c));
     fresh.append(row);
   }
   body.replaceChildren(fresh);
@@ -206,10 +208,11 @@ function paper(on) { // dark ink on white, as wide as the sheet
 }
 function draw() {
   const rows = chosen();
-  const units = new Set(rows.map((j) => j.serial)), good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
-  $("summary").textContent = `${units.size} units, ${rows.length} judgements, ${good} accepted` +
-    (F.of > F.judgements.length ? `; this page has the last ${F.judgements.length} of ${F.of} judgements` : "") +
-    (F.golden ? `; ${F.golden} judgements of golden units are not counted` : "") +
+  const tested = rows.filter((j) => !j.golden), units = new Set(tested.map((j) => j.serial)), golden = rows.length - tested.length;
+  const good = [...units].filter((s) => last.get(s).verdict === "accepted").length;
+  $("summary").textContent = `${units.size} units, ${tested.length} judgements, ${good} accepted` +
+    (golden ? `; beside them ${golden} ${golden > 1 ? "judgements" : "judgement"} of golden units` : "") +
+    (F.of > F.judgements.length ? `; this page has ${F.days.some(Boolean) ? "" : "the last "}${F.judgements.length} of ${F.of} judgements` : "") +
     (F.days.some(Boolean) ? `; measured ${F.days[0] ? `from ${F.days[0]} ` : ""}${F.days[1] ? `until ${F.days[1]}` : "on"}` : "") +
     `. Made ${F.made}, up to event ${F.head} of the store.`;
   drawTable(rows); drawHappenings();

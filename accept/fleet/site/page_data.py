@@ -89,7 +89,7 @@ def document(
     typed = dict(zip(numbers[-last:].tolist(), names[-last:].tolist(), strict=True))
     frame = measurements(store, after=after)
     within = is_between(frame, since, until)
-    shown = {*frame[within]["seq"].tolist()}
+    shown, golden = ({*frame[of]["seq"].tolist()} for of in (within, frame[GOLDEN]))
     first, begun, stopped = _first_attempts(store, set(frame["serial"].unique()), after)
     moments, void = _moments(frame), voids(store)
     goldens = golden_trends(store)
@@ -117,6 +117,7 @@ def document(
                 "at": moments.get(event.seq, event.time[:19]),
                 "lot": result.origin.get("lot", NOT_STATED),
                 "simulated": result.simulated,
+                "golden": event.seq in golden,
                 "first": event.seq in begun,
                 "passed": event.seq in begun and event.subject not in stopped,
                 "stop": stopped.get(event.subject) if event.seq in begun else None,
@@ -148,7 +149,7 @@ def document(
         "judgements": judgements,
         "curves": dict(curves),
         "of": int(numbers.size),
-        "golden": int(frame[within & frame[GOLDEN]]["seq"].nunique()),
+        "golden": len(shown & golden),
         "head": head,
         "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
     }

@@ -73,8 +73,20 @@ TABLE_HEAD = _style("table head", 6.2, fontName=BOLD, textColor=GREY_COLOUR)
 TABLE_HEAD_NUMBER = _style("table head number", 6.2, fontName=BOLD, textColor=GREY_COLOUR, alignment=TA_RIGHT)
 
 
+class _Words(Paragraph):  # type: ignore[misc]  # reportlab has no types
+    """A paragraph that keeps its lines: a page asks three times or more for those of one width."""
+
+    _lines_of: tuple[float, tuple[float, float]] | None = None
+
+    def wrap(self, width: float, height: float) -> tuple[float, float]:
+        """Break it into lines of this width; return its width and height."""
+        if self._lines_of is None or self._lines_of[0] != width or not hasattr(self, "blPara"):
+            self._lines_of = width, super().wrap(width, height)
+        return self._lines_of[1]
+
+
 def words(text: object, style: Any = BODY) -> Paragraph:
     """Return a paragraph of any text: markup in it stays text, control characters become blanks.
     A no-break space holds a line together."""
     plain = "".join(c if c.isprintable() or c == "\u00a0" else " " for c in pretty(str(text)))
-    return Paragraph(escape(plain, quote=False), style)
+    return _Words(escape(plain, quote=False), style)

@@ -4,13 +4,17 @@ import csv
 import hashlib
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from accept.base.home import home
+from accept.base.runner import GivenUp, Processes
 from accept.certificate.evidence import GONE, differences, evidence_in
 from accept.certificate.trust import authority, keys
+from accept.commands.trust import verify
 from tests.accept.units.units import GOOD, make_unit
 from tests.shared.command_line import accept
 from tests.shared.kept_folder import KeptFolder, kept
@@ -53,6 +57,50 @@ def test_a_folder_is_verified_as_a_table_and_the_worst_decides(place: Path) -> N
     assert f"{place / 'note.pdf'}: " in done.output
     told = {Path(each["certificate"]).name: each["outcome"] for each in json.loads((place / "all.json").read_text())}
     assert told == {"A.pdf": "valid", "B.pdf": "not_valid", "note.pdf": "not_valid", "C.pdf": "valid"}
+
+
+@pytest.mark.slow
+def test_two_processes_say_what_one_says(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the same order, with every refusal; a store whose password only this process has is asked by this one."""
+    (place / "B.pdf").write_bytes((place / "B.pdf").read_bytes().replace(b"/Type", b"/Tepy", 1))
+    (place / "gone.pdf").symlink_to(place / "nowhere")
+    monkeypatch.setattr(verify, "LEAST_FOR_EACH", 2)
+    counts = list[int]()
+
+    def counted(count: int) -> Processes:
+        counts.append(count)
+        return Processes(count)
+
+    monkeypatch.setattr(verify, "Processes", counted)
+    said = list[str]()
+    for cores in (1, 2):
+        monkeypatch.setattr(os, "cpu_count", lambda cores=cores: cores)
+        done = accept("verify", place, "--json", place / "all.json")
+        said.append(f"{done.exit_code} {done.output} {(place / 'all.json').read_text()}")
+    assert said[0] == said[1]
+    assert said[0].startswith("3 ")
+    assert "2 of 4 certificates are valid" in said[0]
+    assert counts == [2]
+    monkeypatch.setenv("ACCEPT_STORE_URL", f"sqlite:///{home() / 'store.sqlite'}")
+    assert "2 of 4 certificates are valid" in accept("verify", place).output
+    assert counts == [2]
+
+
+def test_what_no_process_could_verify_is_not_valid(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Dying:
+        def __init__(self, count: int) -> None:
+            pass
+
+        def unordered(self, work: object, items: list[Any]) -> Iterator[tuple[Any, GivenUp]]:
+            return ((item, GivenUp("the process that worked on it died")) for item in items)
+
+    monkeypatch.setattr(verify, "LEAST_FOR_EACH", 1)
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(verify, "Processes", Dying)
+    done = accept("verify", place)
+    assert done.exit_code == 3
+    assert "it could not be verified: the process that worked on it died" in done.output
+    assert "0 of 3 certificates are valid" in done.output
 
 
 def test_each_is_held_against_what_is_required(place: Path) -> None:

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from accept.cli.main import app
+from accept.fleet.golden import name_golden
 from accept.fleet.measurements import measurements
 from accept.fleet.site.page_data import curves, document, script
 from accept.fleet.site.write_site import write_site
@@ -186,6 +187,36 @@ def test_the_page_says_what_the_trend_says(page, tmp_path):
     page.locator("#table tbody tr").first.click()
     rows = page.locator("#detail-body td").all_text_contents()
     assert any(re.fullmatch(r"4\.\d{3} µF", text) for text in rows)  # U is 0.020 uF
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_a_month_is_read_by_an_assessor(page, tmp_path):
+    """Golden units are in no count, what happened is neither cut nor squeezed at either width, every mark of a plot is
+    explained, and the page of a month does not call it the last judgements."""
+    with open_store() as store:
+        add(store, month(8))
+        add(store, [judgement("GOLD", {"sensor_uF": 4.9}, "B1", day=datetime.date(2026, 10, 20))])
+        name_golden(store, "GOLD", "accepted", "Grace")
+    done = CliRunner().invoke(app, ["site", "--out", str(tmp_path), "--since", "2026-10-06"])
+    assert done.exit_code == 0, done.output
+    page.goto((tmp_path / "index.html").as_uri())
+    drawn(page, 151)
+    words = page.text_content("#summary")
+    assert words.startswith("150 units, 150 judgements, ")
+    assert "; beside them 1 judgement of golden units; this page has 151 of 201 judgements; measured from" in words
+    page.select_option("#quantity", "sensor_uF")
+    until(page, "document.getElementById('marks').textContent.includes('diamonds: an alarm begins')", True)
+    assert "95 % interval" in page.text_content("#yield")
+    page.fill("#search", "gold")
+    drawn(page, 1)
+    assert page.text_content("#table tbody td.accepted") == "accepted, golden unit"
+    wide = "[...document.querySelectorAll('#happened td:last-child')].map(td => td.clientWidth / innerWidth)"
+    for width in (1400, 420):
+        page.set_viewport_size({"width": width, "height": 900})
+        assert min(page.evaluate(wide)) > 0.5
+        cut = "(d => d.scrollWidth > d.clientWidth)(document.querySelector('#happenings .wide'))"
+        assert not page.evaluate(cut)
 
 
 def test_a_unit_leads_to_its_certificate(tmp_path):
