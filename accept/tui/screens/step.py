@@ -26,13 +26,14 @@ from accept.tui.screens.page import Page
 from accept.tui.screens.put_right import ask_remedy
 from accept.tui.screens.record_picker import Pick
 from accept.tui.widgets.card import Card, entitle
-from accept.tui.widgets.drawing import drawing_text, has_room
+from accept.tui.widgets.drawing import drawing_text
 from accept.tui.widgets.fields import Field, stored_words
 from accept.tui.widgets.findings import Findings, limits_text, notes_text
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.limit_bar import blocks, limits
 from accept.tui.widgets.live_value import Followed, Gauge
 from accept.tui.widgets.pictures import pictures_of, show_in, units_before
+from accept.tui.widgets.plot import has_room
 from accept.tui.widgets.step_list import head, setup
 from accept.tui.widgets.text_entry import typed
 from accept.workflow.bench import Workbench

@@ -6,20 +6,15 @@ from rich.text import Text
 from textual.geometry import Size
 
 from accept.tui.widgets.fields import SAVED
+from accept.tui.widgets.plot import has_room
 from accept.workflow.dialogue.step_state import StepDialogue
 
-HUGE_FROM, TALL_FROM = 170, 45  # columns and rows with room for more
 _NOW = "bold blue"
 _MOST = 6  # lines that are listed; of more the present one
 _LINES = "─│┌┐└┘├┤┬┴┼═╪╧╤"
 _RIGHT, _DOWN = "─┌└├┬┴┼═╪╧╤", "│┌┐├┤┬┼╪╤"  # that go on to the right and downwards
 _WORDS = re.compile(rf"[^\s{_LINES}╱╲]+(?: (?=[^\s{_LINES}╱╲])[^\s{_LINES}╱╲]+)*")
 _NUMBERS = re.compile(r"[\d.+ -]+(?: mm)?$")
-
-
-def has_room(size: Size) -> bool:
-    """Return whether a screen has room for large drawings and for the units before."""
-    return size.width >= HUGE_FROM and size.height >= TALL_FROM
 
 
 def fitted(picture: str, size: Size) -> str:

@@ -9,8 +9,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 
 from accept.pictures.labels import label_of
-from accept.tui.widgets.drawing import HUGE_FROM, TALL_FROM
-from accept.tui.widgets.plot import WIDE_FROM, PanelView
+from accept.tui.widgets.plot import HUGE_FROM, TALL_FROM, WIDE_FROM, PanelView
 from accept.tui.widgets.target import offset_panel
 from accept.workflow.session import Session
 from accept.workflow.steps.plan import WorkflowStep

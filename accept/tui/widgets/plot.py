@@ -9,6 +9,7 @@ from textwrap import wrap
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from textual.geometry import Size
 from textual.widgets import Static
 
 from accept.pictures.scale import Scale, scales
@@ -32,6 +33,7 @@ SERIES = ("bright_cyan", "yellow", "magenta", "green", "bright_blue", "bright_re
 _AXIS = "bright_black"
 _MOST_POINTS = 600  # a terminal is no wider
 WIDE_FROM = 100  # columns, as in the app's breakpoints
+HUGE_FROM, TALL_FROM = 170, 45  # columns and rows with room for more
 _FEW = 60  # points by themselves: more of them are drawn small
 _BESIDE = 5  # columns of a curve for each point that is drawn upon it: so few that both are seen
 _ABOVE, _BELOW = 1, 2  # rows: the unit, and the axis with its numbers
@@ -40,6 +42,11 @@ _NEAR = 3.0  # rows: words that are farther from their curve are not at it
 _LEAST = 12, 6  # columns and rows of a drawing that says anything
 _NARROWEST = 30  # columns of a map with its names
 _SIGNS = {"points": "•", "dashed": "╌", "solid": "━"}
+
+
+def has_room(size: Size) -> bool:
+    """Return whether a screen has room for large drawings and for the units before."""
+    return size.width >= HUGE_FROM and size.height >= TALL_FROM
 
 
 @dataclass

@@ -26,7 +26,8 @@ from checks.declare import Series
 from checks.gap import EFFECTS
 from hw import records
 from specs.plugins import product_named
-from specs.spec import SpecError, builtin
+from specs.spec import builtin
+from specs.strict import SpecError
 from tests.shared.once import once
 
 KIND, SECONDS = "strut-plates", 10.5

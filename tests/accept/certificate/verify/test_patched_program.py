@@ -14,6 +14,7 @@ import pytest
 from typer.testing import Result
 
 from accept import units
+from accept.base.child_processes import bounded
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.batch import services
@@ -23,6 +24,7 @@ from accept.certificate.page.document import render
 from accept.certificate.signature.signing import sign
 from accept.certificate.trust import commissioning, encrypted_key, keys
 from accept.certificate.trust.keys import QA, TECHNICIAN
+from accept.certificate.verify import structure
 from accept.fleet import golden
 from accept.judging import judge
 from accept.judging.reservations.nonconformance import decide, open_nonconformances
@@ -385,8 +387,11 @@ def test_a_decision_without_a_certificate_is_about_what_was_shown(tmp_path: Path
     assert "stiffness: frame cracked" in accept("store", "dispose", "B-1", *CONCESSION).stderr
 
 
-def test_attachments_take_no_more_memory_than_a_certificate_needs(tmp_path: Path) -> None:
+def test_attachments_take_no_more_memory_than_a_certificate_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Read like all that nothing is known of: a signer can promise anything in a few bytes."""
+    monkeypatch.setattr(structure, "bounded", bounded)  # in a process of its own, as the product does
     contents = read_contents(certified(tmp_path, "A-1").read_bytes())
     whole = contents.attachments()
     swollen = {**whole, RESULTS: whole[RESULTS].rstrip()[:-1] + b" " * 250_000_000 + b"}"}
