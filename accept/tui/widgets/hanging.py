@@ -8,8 +8,9 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.segment import Segment
 from rich.text import Text
-from textual.geometry import Region, Size
+from textual.geometry import Region
 from textual.strip import Strip
+from textual.widget import Widget
 from textual.widgets import Static
 
 ROOM = 59  # columns beside the steps at 80, before the first layout
@@ -50,7 +51,6 @@ class Hanging(Static):
         self._drawn_for: tuple[object, ...] = ()  # width, style and text
         self._rows_of: dict[object, list[Strip]] = {}  # of each line of the text
         self._drawn: list[Strip] = []
-        self._laid_out_on: Size | None = None
 
     def fit(self, text_of: Callable[[int], Text]) -> None:
         """Show a text that is made for so many columns, and made anew when there are others."""
@@ -60,10 +60,11 @@ class Hanging(Static):
     def on_resize(self) -> None:
         if self._text_of is not None:
             self.hang(self._text_of(self.size.width or ROOM))
-        if self._laid_out_on != self.app.size:  # the card has the height of the text on a terminal of another size
-            self._laid_out_on = self.app.size
-            if self.styles.auto_dimensions and len(self._rows()) != self.size.height:
-                self.call_after_refresh(self.refresh, layout=True)
+        least = self.styles.min_height  # a card may be higher than its text, to fill the room
+        room = self.parent.size if isinstance(self.parent, Widget) else self.app.size
+        floor = 0 if least is None else int(least.resolve(room, self.app.size))
+        if self.styles.auto_dimensions and max(len(self._rows()), floor) != self.size.height:
+            self.call_after_refresh(self.refresh, layout=True)  # it was laid out with the text before
 
     def hang(self, text: Text) -> None:
         if text == self._hung.text and text.spans == self._hung.text.spans:
