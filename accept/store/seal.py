@@ -19,6 +19,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from sqlalchemy import URL, Connection, text
 
 from accept.base.atomic_files import write_atomic, write_new
+from accept.store import tables
 from accept.store.chain import StoreHead
 from accept.store.event import StoreError
 from specs.files import json_of, read_bounded
@@ -145,13 +146,13 @@ def head_problem(given: Mapping[str, Any]) -> str | None:
     return None
 
 
-_ROWS = """
+_INDEX_ROWS = """
+UNION ALL SELECT CONCAT_WS(' ', '{0}', seq, count(*), min(xmin::text::bigint), max(xmin::text::bigint)) FROM {0}
+WHERE seq <= :upto GROUP BY seq"""
+_ROWS = f"""
 SELECT encode(sha256(string_agg(looks, ' ' ORDER BY looks)::bytea), 'hex') FROM (
 SELECT seq || ' ' || xmin::text AS looks FROM events WHERE seq <= :upto
-UNION ALL SELECT CONCAT_WS(' ', 's', seq, count(*), min(xmin::text::bigint), max(xmin::text::bigint)) FROM samples
-WHERE seq <= :upto GROUP BY seq
-UNION ALL SELECT CONCAT_WS(' ', 'p', seq, count(*), min(xmin::text::bigint), max(xmin::text::bigint)) FROM parts
-WHERE seq <= :upto GROUP BY seq) AS rows
+{"".join(_INDEX_ROWS.format(index.name) for index in tables.INDEXES)}) AS rows
 """
 
 

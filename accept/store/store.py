@@ -121,8 +121,8 @@ class Store:
             anchors = self._anchors(None)
         except ValueError as e:
             return ChainBreak(0, str(e))
-        if self._anchor and self._file and self._anchor.read() is None and head != START:
-            return ChainBreak(0, f"{self._anchor.path.name} is missing")
+        if missing := self._missing_anchor(head):
+            return ChainBreak(0, f"{missing} is missing")
         last, kept = sealed, {a.seq: a for a in anchors.values()}
         ordered = select(tables.events).where(tables.events.c.seq >= sealed.seq).order_by(tables.events.c.seq)
         for number, event in enumerate(map(_event, connection.execute(ordered))):
@@ -139,6 +139,13 @@ class Store:
                 return ChainBreak(last.seq, f"event {last.seq} is not the one that was kept")
         ends = [a for a in anchors.values() if a.seq >= last.seq and a != last]
         return ChainBreak(last.seq, "its end is not the one that was kept") if last != head or ends else None
+
+    def _missing_anchor(self, head: StoreHead) -> str | None:
+        """Return the name of the file that stands beside the file of every database, if it is missing. head: seen
+        before this is asked, as the file is there before the first event is."""
+        if self._file is None or self._anchor is None or head == START or self._anchor.read() is not None:
+            return None
+        return self._anchor.path.name
 
     def signed_head(self) -> SignedHead | None:
         """Return the last event with the bench's signature, for certificates and `accept store head`, event 0 for an
@@ -347,9 +354,8 @@ class Store:
         row = _head_row(connection)
         if row is None:
             return ChainBreak(0, "the row of table head is missing or altered")
-        # Asked after the events were seen: the file is there before the first of them is.
-        if self._anchor is not None and self._file and row != START and self._anchor.read() is None:
-            return ChainBreak(0, f"{self._anchor.path.name} is missing: it stands beside every store")
+        if missing := self._missing_anchor(row):
+            return ChainBreak(0, f"{missing} is missing: it stands beside every store")
         ordered = select(tables.events).order_by(tables.events.c.seq).execution_options(yield_per=_PAGE)
         with connection.execute(ordered) as rows:
             problem = first_problem(map(_event, rows), row, anchors)

@@ -73,8 +73,7 @@ def _index(name: str) -> Table:
     )
 
 
-samples = _index("samples")
-parts = _index("parts")
+INDEXES = samples, parts = _index("samples"), _index("parts")
 
 LATER = {BY_KIND: _BY_KIND, BY_LOOK: _BY_LOOK}  # indexes that earlier stores lack
 NAMES = {*metadata.tables, *LATER}

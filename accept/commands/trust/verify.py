@@ -218,10 +218,7 @@ def _exit(report: Verification, missing: Sequence[str]) -> Exit:
 
 
 def _of_many(
-    found: Sequence[tuple[Path, Verification, list[str]]],
-    json: Path | None,
-    lines: Sequence[str],
-    exit: Exit,
+    found: Sequence[tuple[Path, Verification, list[str]]], json: Path | None, lines: Sequence[str], exit: Exit
 ) -> Answer:
     """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
     reason, a count, and lines about their folder; the exit code is the worst, that of the folder included. One that was

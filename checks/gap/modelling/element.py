@@ -111,12 +111,14 @@ def kinds_at(place: str, kinds: Iterable[str] = KINDS) -> list[str]:
     """Return the kinds of elements of rank one at a place. What lies across a part has no mass of its own; a stack is
     solid, so nothing swings in it, and what would is a filter of the drive or of Vs; a mass on the payload is an effect
     of the library."""
+    without = {JOINT, ROCKING}
     if place in STACKS:
-        kinds = [k for k in kinds if k != RESONATOR]
+        without.add(RESONATOR)
     if BETWEEN in place:
-        kinds = [k for k in kinds if k != HOLDER]
-    kinds = [k for k in kinds if k not in (JOINT, ROCKING)]
-    return [k for k in kinds if k != MASS or not (is_across(place) or place == "payload")]
+        without.add(HOLDER)
+    if is_across(place) or place == "payload":
+        without.add(MASS)
+    return [k for k in kinds if k not in without]
 
 
 def is_across(place: str) -> bool:

@@ -3,8 +3,8 @@ on all bins; this one only finds where it begins.
 
 The scatter of an APA's modes is taken out of a search: it is small, so the responses are linear in it, and what is
 linear with a Gaussian prior need not be searched. A fit then has twenty parameters instead of a hundred and fifty. With
-whitened derivatives J (n, q) by the factors and their prior rows W (q, q), r = [w - J d, W (m + d - 1)] is least over d
-if it is normal to [J; -W]: what is left of w is found by one product with an orthonormal basis.
+whitened derivatives J (n, q) by the factors and their prior rows W (q, q), the residual [w - J d, W (m + d - 1)] is
+least over d if it is orthogonal to [J; -W]; its value follows from one product with an orthonormal basis of these.
 """
 
 from dataclasses import dataclass, replace
