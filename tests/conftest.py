@@ -9,15 +9,18 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 from numpy.typing import ArrayLike
 from scipy.io.matlab import _mio5
+from sqlalchemy import URL, Engine, create_engine
 
 from accept.certificate.trust import encrypted_key
 from accept.certificate.verify import structure
 from accept.simulate import unit
+from accept.store import engine as store_engine
 from tests.shared.demo_run import demo_run
 from tests.shared.gap_run import gap_run
 from tests.shared.recorded_units import recorded_units
@@ -102,6 +105,25 @@ def reading() -> Iterator[None]:
     `test_verify.py` and what runs in a process of its own read as the product does, under limits."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(structure, "bounded", lambda work, *given, **_limits: work(*given))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def questions() -> Iterator[None]:
+    """What one store's connection has made of a question to the database, all stores of a test process use: thousands
+    are opened, and to make it again for each was a tenth of the time of tests that open some."""
+    first = create_engine("sqlite://")
+    first.connect().close()  # it knows what SQLite can do from its first connection
+
+    def made(url: URL, **options: Any) -> Engine:
+        engine = create_engine(url, **options)
+        if url.get_backend_name() == "sqlite":
+            engine.dialect = engine.pool._dialect = first.dialect
+            engine._compiled_cache = first._compiled_cache
+        return engine
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(store_engine, "create_engine", made)
         yield
 
 

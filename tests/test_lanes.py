@@ -1,11 +1,13 @@
 """The heavy lane and the lanes of the houses: no proof is lost by being named wrongly, what is changed brings its
 proofs back, and what stands above a house that is changed is asked whether it still stands."""
 
+import os
 import tomllib
 from pathlib import Path
 
 import pytest
 
+import tests
 from tests import soak
 from tests.shared import houses
 from tests.shared.houses import HOUSES, doors, every_file, house_of, lane, touched
@@ -13,6 +15,11 @@ from tests.soak import HEAVY, ROOT, is_heavy, runs, unknown
 
 FILE = "tests/accept/store/test_store_kill.py"
 KILLED = f"{FILE}::test_killed_at_every_point[new store]"
+
+
+def test_linear_algebra_has_the_one_thread_of_the_product() -> None:
+    assert not tests.NUMPY_WAS_FIRST
+    assert {os.environ[f"{name}_NUM_THREADS"] for name in ("OPENBLAS", "OMP", "MKL")} == {"1"}
 
 
 def test_files_and_folders_are_there() -> None:
