@@ -16,7 +16,8 @@ LOCK   := uv pip compile --universal --no-strip-extras --python-version 3.11 --g
 demo: $(STAMP)
 	$(BIN)/accept demo --out out/demo
 
-# Linters beside the tests; four processes for two cores, because many tests wait for programs that they have started.
+# Linters beside the tests; three processes for two cores, because tests that wait for programs come first and in one of
+# them, and each process collects all tests for itself.
 # HOUSE="checks/gap hw" runs the tests of these houses and of the doors above, HOUSE=changed of those that differ from
 # main or from SINCE (tests/shared/houses.py).
 test: $(DEV)
@@ -27,7 +28,7 @@ tests quick soak changed coverage: export PYTHONDONTWRITEBYTECODE :=
 
 tests: $(DEV)
 	lane=$$($(if $(HOUSE),$(BIN)/python -m tests.shared.houses $(HOUSE) $(if $(filter changed,$(HOUSE)),$(SINCE)),true)) && \
-		$(BIN)/python -m pytest -n 4 --dist worksteal $$lane
+		$(BIN)/python -m pytest -n 3 --dist worksteal $$lane
 
 # What the linters can put right by themselves: lines, imports.
 format: $(DEV)

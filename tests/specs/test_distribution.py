@@ -249,6 +249,11 @@ PAGE = ROOT / "docs/reference/environment.md"
 READ_BY_LIBRARIES = {"NO_COLOR"}  # rich and Textual
 
 
+def is_of_os(node: ast.expr, name: str) -> bool:
+    """Return whether an expression is `os.NAME`."""
+    return isinstance(node, ast.Attribute) and node.attr == name and ast.unparse(node.value) == "os"
+
+
 def variables(tree: ast.Module) -> set[str]:
     """Return the names of environment variables that a module asks for, as far as they stand in it."""
     known: dict[str, set[str]] = {}
@@ -267,12 +272,12 @@ def variables(tree: ast.Module) -> set[str]:
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Attribute(value=place, attr="get" | "setdefault" | "pop"), args=[name, *_]):
-                asked += [name] if ast.unparse(place) == "os.environ" else []
-            case ast.Call(func=function, args=[name, *_]) if ast.unparse(function) == "os.getenv":
+                asked += [name] if is_of_os(place, "environ") else []
+            case ast.Call(func=function, args=[name, *_]) if is_of_os(function, "getenv"):
                 asked.append(name)
-            case ast.Subscript(value=place, slice=name) if ast.unparse(place) == "os.environ":
+            case ast.Subscript(value=place, slice=name) if is_of_os(place, "environ"):
                 asked.append(name)
-            case ast.Compare(left=name, comparators=[place]) if ast.unparse(place) == "os.environ":
+            case ast.Compare(left=name, comparators=[place]) if is_of_os(place, "environ"):
                 asked.append(name)
             case ast.keyword(arg="envvar", value=name):
                 asked.append(name)

@@ -47,7 +47,9 @@ def starts(tree: ast.Module) -> Iterator[tuple[int, bool]]:
         for inner in ast.walk(node)
     }
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call):
+        called = node.func if isinstance(node, ast.Call) else None
+        last = called.attr if isinstance(called, ast.Attribute) else called.id if isinstance(called, ast.Name) else ""
+        if isinstance(node, ast.Call) and STARTS & {last, names.get(last, "").rpartition(".")[2]}:
             first, *rest = ast.unparse(node.func).split(".")
             module, _, name = ".".join([names.get(first, first), *rest]).rpartition(".")
             asked = name in STARTS and f"{module}.{name}" != "asyncio.run"

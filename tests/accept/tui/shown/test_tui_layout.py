@@ -173,11 +173,12 @@ async def test_a_plot_and_a_card_have_their_room_again_after_a_smaller_terminal(
 
 async def test_a_large_terminal_has_a_large_drawing_and_the_units_before() -> None:
     """Red before: three quarters of the rows beside typed values were empty."""
-    async with running(size=(200, 60)) as pilot:
+    async with running() as pilot:
         for n in range(6):
             await begin(pilot, f"APA-{20 + n}")
             await fill_values(pilot, 0.1 * n)
             await press(pilot, "f9", "escape", "escape")
+        await pilot.resize_terminal(200, 60)
         await begin(pilot, "APA-11")
         await press(pilot, "down", "enter")
         used = sum(bool(row[70:].strip(" │")) for row in seen(pilot))
