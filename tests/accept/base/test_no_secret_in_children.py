@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -47,9 +48,7 @@ def starts(tree: ast.Module) -> Iterator[tuple[int, bool]]:
         for inner in ast.walk(node)
     }
     for node in ast.walk(tree):
-        called = node.func if isinstance(node, ast.Call) else None
-        last = called.attr if isinstance(called, ast.Attribute) else called.id if isinstance(called, ast.Name) else ""
-        if isinstance(node, ast.Call) and STARTS & {last, names.get(last, "").rpartition(".")[2]}:
+        if isinstance(node, ast.Call):
             first, *rest = ast.unparse(node.func).split(".")
             module, _, name = ".".join([names.get(first, first), *rest]).rpartition(".")
             asked = name in STARTS and f"{module}.{name}" != "asyncio.run"
@@ -77,7 +76,10 @@ def test_a_start_is_seen(code: str, found: list[bool]) -> None:
 def test_every_start_in_the_product_goes_through_the_door() -> None:
     seen, open_ones = 0, []
     for path in (p for package in ("accept", "checks", "hw", "specs") for p in (ROOT / package).rglob("*.py")):
-        for line, safe in starts(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        if STARTS.isdisjoint(re.findall(r"\w+", text)):  # whatever it is called here, it is imported by its name
+            continue
+        for line, safe in starts(ast.parse(text)):
             seen += 1
             if not safe and path != DOOR:
                 open_ones.append(f"{path.relative_to(ROOT)}:{line}")
