@@ -35,6 +35,7 @@ from specs import shown
 from specs.bench import load_bench
 from specs.model import load_model
 from specs.spec import load
+from tests.shared.source_trees import nodes
 
 ROOT = Path(__file__).parents[2]
 MOST_AT_A_DOOR, MOST_IN_ALL = 25, {"checks": 158, "hw": 49}
@@ -235,7 +236,7 @@ def test_a_house_is_entered_by_few_names(house: str) -> None:
         for other in ("accept", "hw", "checks")
         if other != house
         for path in (ROOT / other).rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_bytes()))
+        for node in nodes(path)
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == house
         for alias in node.names
     }
