@@ -15,7 +15,7 @@ from checks.errors import ModelError
 from checks.fitting import Fit
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
-from checks.model import ELEMENT, UNIDENTIFIED, ModalApa, Model, Superelement, UnidentifiedElement, build_model
+from checks.model import ELEMENT, ModalApa, Model, Superelement, UnidentifiedElement, build_model
 from checks.quantity import COVERAGE_FACTOR
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
@@ -23,6 +23,7 @@ from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, Popul
 from specs.plugins import product_named
 from specs.units import model_label
 
+UNIDENTIFIED = UnidentifiedElement.NAME
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
 # The model of simulated units, by product.
@@ -112,7 +113,9 @@ def elements_of(spec: ModelSpec) -> list[UnidentifiedElement]:
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
         one = UnidentifiedElement.of_entry(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
         if one.channel in found:
-            raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
+            raise ModelError(
+                f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel"
+            )
         found[one.channel] = one
     return list(found.values())
 
@@ -242,7 +245,11 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
 def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     """Put an unidentified element in the place of an earlier one on the same channel."""
     element = fitted.element
-    kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, element.channel)]
+    kept = [
+        e
+        for e in document.get("effects", [])
+        if (e["name"], e.get("channel")) != (UNIDENTIFIED, element.channel)
+    ]
     if "effects" in document:
         document["effects"] = tomlkit.aot()
         for entry in kept:
