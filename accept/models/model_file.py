@@ -113,9 +113,7 @@ def elements_of(spec: ModelSpec) -> list[UnidentifiedElement]:
     for entry in (e for e in spec.effects if e.name == UNIDENTIFIED):
         one = UnidentifiedElement.of_entry(entry.parameters, f"{spec.name}: effect '{UNIDENTIFIED}'")
         if one.channel in found:
-            raise ModelError(
-                f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel"
-            )
+            raise ModelError(f"{spec.name}: effect '{UNIDENTIFIED}': {one.channel} has two; expected one for a channel")
         found[one.channel] = one
     return list(found.values())
 
@@ -245,11 +243,7 @@ def _record_table(record: FitRecord | PopulationRecord) -> Any:
 def _put_element(document: TOMLDocument, fitted: FittedElement) -> None:
     """Put an unidentified element in the place of an earlier one on the same channel."""
     element = fitted.element
-    kept = [
-        e
-        for e in document.get("effects", [])
-        if (e["name"], e.get("channel")) != (UNIDENTIFIED, element.channel)
-    ]
+    kept = [e for e in document.get("effects", []) if (e["name"], e.get("channel")) != (UNIDENTIFIED, element.channel)]
     if "effects" in document:
         document["effects"] = tomlkit.aot()
         for entry in kept:
