@@ -125,6 +125,7 @@ def questions() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store_engine, "create_engine", made)
         yield
+    first.dispose()
 
 
 @pytest.fixture(scope="session")
