@@ -2,8 +2,8 @@
 
 import pytest
 
-from accept.gap.text import symbol, unit, value_words
-from checks.gap import EFFECTS
+from accept.gap.text import HEADLINE, symbol, unit, value_words
+from checks.gap import EFFECTS, GapVerdict
 from specs.units import unit_of
 
 
@@ -27,3 +27,9 @@ def test_no_parameter_is_called_by_its_unit() -> None:
         for p in effect.parameters:
             assert symbol(effect.name, p.name) != p.name or unit_of(p.name) == "1", f"{effect.name}: {p.name}"
             assert unit(effect.name, p.name) == p.unit
+
+
+def test_only_a_cause_that_was_found_is_called_one() -> None:
+    """Each verdict has a headline of its own, by which a reader on the first line goes."""
+    assert len({*HEADLINE.values()}) == len(HEADLINE) == len(GapVerdict)
+    assert [verdict for verdict, words in HEADLINE.items() if "found" in words] == [GapVerdict.EXPLAINED]
