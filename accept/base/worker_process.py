@@ -9,6 +9,8 @@ import os
 import signal
 import sys
 import threading
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -53,7 +55,7 @@ def limit_memory(gigabytes: float) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     set_already = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
     with suppress(ValueError, OSError):  # a container may forbid it: a worker without a limit judges all the same
-        resource.setrlimit(resource.RLIMIT_AS, (min([_mapped() + int(gigabytes * 1e9), *set_already]), hard))
+        resource.setrlimit(resource.RLIMIT_AS, (min([mapped() + int(gigabytes * 1e9), *set_already]), hard))
 
 
 def limit_time(seconds: float) -> None:
@@ -66,7 +68,26 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))  # equal: without a core file
 
 
-def _mapped() -> int:
+def limiter() -> Callable[[float, float], None]:
+    """Return what gives this process so many more seconds of computing and so much more memory [GB] from then on, as
+    often as it is called, on Linux. Never more than its limits are now."""
+    import resource
+
+    now = {kind: resource.getrlimit(kind) for kind in (resource.RLIMIT_CPU, resource.RLIMIT_AS)}
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+
+    def limit(seconds: float, gigabytes: float) -> None:
+        most = time.process_time() + seconds, mapped() + gigabytes * 1e9
+        for (kind, (soft, hard)), new in zip(now.items(), most, strict=True):
+            least = min(new, math.inf if soft == resource.RLIM_INFINITY else soft)
+            with suppress(ValueError, OSError):
+                resource.setrlimit(kind, (math.ceil(least) if math.isfinite(least) else soft, hard))
+
+    return limit
+
+
+def mapped() -> int:
     """Return the address space in use [bytes]; only Linux reports it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")

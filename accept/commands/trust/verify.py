@@ -2,12 +2,14 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Option
 
+from accept.base.child_processes import keep_child, kept_child
 from accept.base.documents.listings import EvidenceFolder, SignatureVerified, VerificationDocument
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
@@ -144,12 +146,14 @@ def verified(
     """Yield the files among paths and every PDF in the folders among them, each once, in the order of their names in a
     folder, with its bytes and its verification. One that cannot be read is not valid: the others are looked at. Raises
     CertificatesMissing for a folder without any, before the first."""
-    for nth, path in enumerate(_files(paths)):
-        if nth == 1:
-            keep_loaded()
-        with busy(f"{path.name}: judging again"):
-            found = _read_and_verified(path, verify)
-        yield path, *found
+    with ExitStack() as kept:
+        for nth, path in enumerate(_files(paths)):
+            if nth == 1:
+                keep_loaded()
+                kept.enter_context(kept_child())
+            with busy(f"{path.name}: judging again"):
+                found = _read_and_verified(path, verify)
+            yield path, *found
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
@@ -183,6 +187,7 @@ class _Certificate:
         _, report = _read_and_verified(self.path, verify)
         if is_first:
             keep_loaded()
+            keep_child()
         return report
 
 
