@@ -192,6 +192,7 @@ def _read(shared: mmap.mmap) -> Any:
 
 
 def _serve(pipe: Connection, other: Connection, shared: mmap.mmap) -> None:
+    """Answer calls as long as the process may be kept. other: the asking end, of which a fork has a copy."""
     gc.freeze()
     other.close()
     _KEEP.clear()
@@ -215,7 +216,7 @@ def _serve(pipe: Connection, other: Connection, shared: mmap.mmap) -> None:
             del given, answer
             limit(math.inf, _ANY_GB)
             pipe.send(stays)
-        except BaseException:  # noqa: BLE001 - too much memory, or nobody asks any more: nothing can be said
+        except BaseException:  # noqa: BLE001 - too much memory, or the program that asks has ended
             os._exit(1)
 
 
