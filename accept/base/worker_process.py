@@ -9,8 +9,6 @@ import os
 import signal
 import sys
 import threading
-import time
-from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -66,25 +64,6 @@ def limit_time(seconds: float) -> None:
         return
     with suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))  # equal: without a core file
-
-
-def limiter() -> Callable[[float, float], None]:
-    """Return what gives this process so many more seconds of computing and so much more memory [GB] from then on, as
-    often as it is called, on Linux. Never more than its limits are now."""
-    import resource
-
-    now = {kind: resource.getrlimit(kind) for kind in (resource.RLIMIT_CPU, resource.RLIMIT_AS)}
-    with suppress(ValueError, OSError):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
-
-    def limit(seconds: float, gigabytes: float) -> None:
-        most = time.process_time() + seconds, mapped() + gigabytes * 1e9
-        for (kind, (soft, hard)), new in zip(now.items(), most, strict=True):
-            least = min(new, math.inf if soft == resource.RLIM_INFINITY else soft)
-            with suppress(ValueError, OSError):
-                resource.setrlimit(kind, (math.ceil(least) if math.isfinite(least) else soft, hard))
-
-    return limit
 
 
 def mapped() -> int:

@@ -9,7 +9,6 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from accept.base.child_processes import keep_child, kept_child
 from accept.base.documents.listings import EvidenceFolder, SignatureVerified, VerificationDocument
 from accept.base.documents.results import SIMULATED
 from accept.base.exit_codes import Exit
@@ -33,6 +32,7 @@ from accept.certificate import (
 from accept.certificate.evidence import AUTHORITY, EVIDENCE, LIST, differences, evidence_in, is_set_aside, is_signed
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.revocation import beside
+from accept.certificate.verify.kept_child import keep_child, kept_child
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO

@@ -9,8 +9,9 @@ from contextlib import nullcontext
 
 import pytest
 
-from accept.base.child_processes import Exhausted, bounded, kept_child
+from accept.base.child_processes import Exhausted, bounded
 from accept.base.watchdog import TimeLimitExceeded, time_limit
+from accept.certificate.verify.kept_child import kept_child
 
 
 @pytest.fixture(autouse=True, params=["once", "kept"])
