@@ -22,6 +22,8 @@ from accept.certificate import (
     Validity,
     Verification,
     at_bench,
+    keep_child,
+    kept_child,
     ports,
     read_certificate,
     rejudge,
@@ -32,7 +34,6 @@ from accept.certificate import (
 from accept.certificate.evidence import AUTHORITY, EVIDENCE, LIST, differences, evidence_in, is_set_aside, is_signed
 from accept.certificate.trust import authority, keys
 from accept.certificate.trust.revocation import beside
-from accept.certificate.verify.kept_child import keep_child, kept_child
 from accept.commands.answer import PLAIN, Answer, File, Remark, command, table
 from accept.commands.options import JsonAnswer, LargeRecords
 from accept.commands.trust.bench_keys import DEMO
