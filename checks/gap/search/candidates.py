@@ -226,17 +226,22 @@ class Search:
         return [self.advance(moved, 2 * MANY) for moved in few[:BOTH_WAYS]]
 
     def _coarse_fit(
-        self, response: Augmented, start: Mapping[str, float], seed: int = 0, moving: bool = False
+        self,
+        response: Augmented,
+        start: Mapping[str, float],
+        seed: int = 0,
+        moving: bool = False,
+        also: Sequence[Mapping[str, float]] = (),
     ) -> FitPoint:
         """Search on few bins, from `start` or, with a seed, from a draw about it. moving: modes that the ratio of data
-        to model shows to be missing are moved there."""
+        to model shows to be missing are moved there; also: values of some parameters to begin at too."""
         free, joint = response.free(start), response.model.joint
 
         def move(at: Mapping[str, float], places: Sequence[float]) -> list[dict[str, float]]:
             return misplaced_modes(response.model, free, at, places[:PLACES], float(self.A.f[-1]), response.changes)
 
         way = move if moving else None
-        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0, move=way)
+        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0, move=way, also=also)
         self.effort.spent += point.work
         return point
 
@@ -355,16 +360,13 @@ class Search:
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-        names = [f"{member.name}.{p.name}" for p in member.parameters]
-        places = [
-            (p.start, *(p.begins if base.gross else ()))
-            if p.linear and not isinstance(member, GenericElement)
-            else (score.starts[0][p.name],)
-            for p in member.parameters
-        ]
+        named = {f"{member.name}.{p.name}": p for p in member.parameters}
+        at_score = isinstance(member, GenericElement)
+        own |= {n: p.start if p.linear and not at_score else score.starts[0][p.name] for n, p in named.items()}
+        signs = {n: p.begins for n, p in named.items() if p.begins}
+        also = [dict(zip(signs, place, strict=True)) for place in product(*signs.values())] if signs else []
         try:
-            points = [self._coarse_fit(quick, own | dict(zip(names, place, strict=True))) for place in product(*places)]
-            best = min(points, key=lambda point: point.cost)
+            best = self._coarse_fit(quick, own, moving=bool(also), also=also)
             return [self.advance(self.begin(response, best.at), FEW)]
         except ModelError:
             return []

@@ -123,7 +123,8 @@ def _by_library(search: Search, beam: Beam) -> Rounds:
     if search.over:
         return
     again = search.refit_from_priors(found)
-    again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
+    nearest = [c for c in best_of_each([*again, *found])[:BOTH_WAYS] if not c.adequate]
+    again += [e for c in nearest for e in search.with_moved_modes(c, MOVES)]
     yield again
     likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
     yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
