@@ -36,7 +36,7 @@ def test_a_unit_is_the_same_however_many_are_drawn_and_is_seen_as_much_as_stated
 
 
 @pytest.mark.parametrize(("place", "along", "kind", "most"), [("payload", 2, "m", 0.5), ("head", 1, "k", 30e6)])
-def test_no_other_values_of_the_strut_do_what_is_said_to_be_seen(place: str, along: int, kind: str, most: float) -> None:
+def test_no_other_values_do_what_is_said_to_be_seen(place: str, along: int, kind: str, most: float) -> None:
     """A mass at the payload is what the payload's own kilograms are but for their prior. It was said to be seen by one
     standard deviation where other values of the strut left 0.04, and the spring where they left 0.2."""
 

@@ -27,6 +27,7 @@ from checks.gap.modelling.element import (
     GenericElement,
     element,
     kind_of,
+    on_the_other_side,
     parts_of,
     seems_to_hang,
 )
@@ -295,8 +296,8 @@ class Search:
         scores = sorted(places.scores(), key=lambda s: -s.net)
         first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base, s)]
-        found = self._race(starts)
-        if any(c.adequate for c in found):
+        found = self._where_it_may_be(self._race(starts))
+        if any(c.adequate and c.possible for c in found):
             return found
         if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
             rocks = [s for s in scores if kind_of(s.member) == ROCKING and not self.over]
@@ -307,11 +308,22 @@ class Search:
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
         far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
-        found = best_of_each(self._race([*far, *found]))
-        if self.over or not found or found[0].adequate:
+        found = best_of_each(self._where_it_may_be(self._race([*far, *found])))
+        if self.over or not found or (found[0].adequate and found[0].possible):
             return found
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
         return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
+
+    def _where_it_may_be(self, found: Sequence[Explanation]) -> list[Explanation]:
+        """Return candidates, each whose last element takes something away beside the axis fitted from the other side,
+        and from the priors: along the axis it does the opposite there."""
+        out = []
+        for c in found:
+            own = c.of(c.added.name)
+            turned = {f"{c.added.name}.{n}": v for n, v in on_the_other_side(c.added, own).items() if v != own[n]}
+            near = turned and c.cost < NO_RIVAL * found[0].cost
+            out += self.refit_from_priors([replace(c, at=c.at | turned)]) if near else [c]
+        return sorted(out, key=lambda c: -c.score)
 
     def add_filter(self, base: Explanation, channel: str) -> list[Explanation]:
         """Add a mode of one channel's path to a candidate that is calibrated on the others, if these agree alone: a
@@ -418,7 +430,8 @@ class Search:
             known = c.of(member.name)
             known |= seems_to_hang(known, c.response.payload(c.at)) if member.kind == ROCKING else {}
             scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, known)
-            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            found = self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            out += self._where_it_may_be(found)
         return out
 
     def _elements_like(

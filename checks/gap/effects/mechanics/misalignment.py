@@ -14,7 +14,7 @@ EFFECT = Effect(
             lo=-600.0,
             hi=600.0,
             scale=20.0,
-            begins=(-120.0, 120.0),  # signs are easily mistaken: from nothing, two of seven units ended with a wrong one
+            begins=(-120.0, 120.0),  # from nothing, two of seven units ended with a wrong sign
             sets=("misalignment.dx_um",),
         ),
         Parameter("dy_um", lo=-1500.0, hi=1500.0, scale=50.0, begins=(-200.0, 200.0), sets=("misalignment.dy_um",)),
