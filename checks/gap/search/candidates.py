@@ -418,7 +418,10 @@ class Search:
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
             if member.rivals_elements:
                 scores += self._elements_like(Places(on_A), c)
-            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            found = self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            out += found
+            for r in (r for r in found if r.adequate):  # fewer values may do as well, as those of the member do
+                out += self.with_parts(r, r.added, parts_of(r.added))
         return out
 
     def with_elements_elsewhere(self, c: Explanation) -> list[Explanation]:
