@@ -123,7 +123,7 @@ class Case:
             return None
         f = np.geomspace(*BAND_HZ, BINS)
         whiten = whiteners(frf(World(self.strut), f), self.setting, f)
-        return _beyond(frf(world, f), self.strut, whiten, f, rounds, _start(self.strut, world.strut))
+        return least_misfit(frf(world, f), self.strut, whiten, f, _start(self.strut, world.strut), rounds)
 
 
 def outside_of(name: str) -> Hidden | Outsider:
@@ -148,7 +148,9 @@ def _start(strut: Strut, hidden: Strut) -> Array:
     return moved
 
 
-def _beyond(target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, rounds: int, off: Array) -> float:
+def least_misfit(
+    target: Complex, strut: Strut, whiten: Sequence[Complex], f: Array, off: Array, rounds: int = ROUNDS
+) -> float:
     """Return the smallest misfit of a strut without the effect, by Gauss and Newton, in prior standard deviations from
     the truth. off: where to begin."""
     best, kept, step = np.inf, off, np.zeros(off.size)

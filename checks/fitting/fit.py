@@ -167,11 +167,13 @@ def coarse_fits(
     drawn: bool = False,
     close: bool = False,
     move: Move | None = None,
+    also: Sequence[Mapping[str, float]] = (),
 ) -> list[FitPoint]:
     """Return the ends of searches on few bins with shrinking tolerances, the best first. drawn: start only from draws
     about the start; close: use only the narrowest tolerance, because the wide ones would lead a nearly right start back
     to the nominal values; move: returns the values at which a mode lies at one of some frequencies [Hz], the others
-    where they are, to try where the ratio of data to model leaves one out. Raises ModelError as `fit` does."""
+    where they are, to try where the ratio of data to model leaves one out; also: values of some parameters to begin at
+    too: the first of the searches, which is on ratios, decides which goes on. Raises ModelError as `fit` does."""
     sets, free = _sets(datasets), tuple(free)
     if not free or not sets:
         raise ModelError(f"{len(free)} free parameters and {len(sets)} datasets; a fit needs one of each")
@@ -180,7 +182,8 @@ def coarse_fits(
     ways = problems[-1:] if close else [_LogRatioProblem(response, few, free, joint), *problems]
     draws = SPREAD * np.random.default_rng(seed).standard_normal((max(starts + drawn - 1, 0), len(free)))
     with _explaining_not_held(response, sets, free):
-        ends = [_descend_through(ways, x, move) for x in [np.zeros(len(free)), *draws][int(drawn) :]]
+        others = [ways[0].coordinates.x(np.array([at.get(p.name, p.begin) for p in free])) for at in also]
+        ends = [_descend_through(ways, [x, *others], move) for x in [np.zeros(len(free)), *draws][int(drawn) :]]
     size = sum(s.H.size for s in few)
     points = []
     for end in sorted(ends, key=lambda end: end.cost):
@@ -236,8 +239,10 @@ def _on_few_bins(sets: tuple[Dataset, ...]) -> tuple[tuple[Dataset, ...], tuple[
     return few, tuple(tuple(replace(s, tolerance=max(s.tolerance, t)) for s in few) for t in wider)
 
 
-def _descend_through(ways: "Sequence[_FitProblem]", x: Array, move: Move | None) -> Descent:
-    end, steps = descend(ways[0], x, FEW_STEPS, LOOSE), 0
+def _descend_through(ways: "Sequence[_FitProblem]", begun: Sequence[Array], move: Move | None) -> Descent:
+    first = [descend(ways[0], x, FEW_STEPS, LOOSE) for x in begun]
+    end = min(first, key=lambda e: e.cost)
+    steps = sum(e.steps for e in first) - end.steps
     if move is not None and isinstance(ways[0], _LogRatioProblem):
         end = _with_modes_in_place(ways[0], end, move)
     for problem in ways[1:]:

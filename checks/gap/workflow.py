@@ -107,7 +107,9 @@ def _stages(search: Search, base: Explanation) -> Iterator[SearchResult]:
                 beyond = search.begin(beside.best.response, beside.best.at)  # as if it left nothing
                 yield library.before(explain(search, beyond, 1, 1))
             yield beside
-    yield library if library.best.adequate else _search_deeper(search, library)
+    deeper = library if library.best.adequate else _search_deeper(search, library)
+    if not elements.best.adequate or deeper.best.score > elements.best.score:  # refused, they still do as well
+        yield deeper
     if (path := as_filter(search, library, elements)) is not None:
         yield path
 

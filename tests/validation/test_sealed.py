@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validation.bench import frf
-from validation.studies.anywhere import DRAWN, SEEN, Truth, draw_anywhere
+from validation.bench import World, frf
+from validation.cases import draw_cases, least_misfit, whiteners
+from validation.strut import Attached, priors
+from validation.studies.anywhere import BAND_HZ, BINS, DRAWN, SEEN, Seen, Truth, Unit, draw_anywhere
 from validation.studies.sealed import interval, judged, table
 
 HOLDER = Truth("spring", (("top interface", "ground"),), "z", {"k_N_per_um": 0.2, "m_kg": 0.03}, ("payload_mass",))
@@ -31,6 +33,23 @@ def test_a_unit_is_the_same_however_many_are_drawn_and_is_seen_as_much_as_stated
     silent = units[DRAWN.index(None)]
     assert silent[2].kind == "nothing"
     assert silent[1].hidden is None
+
+
+@pytest.mark.parametrize(("place", "along", "kind", "most"), [("payload", 2, "m", 0.5), ("head", 1, "k", 30e6)])
+def test_no_other_values_do_what_is_said_to_be_seen(place: str, along: int, kind: str, most: float) -> None:
+    """A mass at the payload is what the payload's own kilograms are but for their prior. It was said to be seen by one
+    standard deviation where other values of the strut left 0.04, and the spring where they left 0.2."""
+
+    def attached(world: World, part: float) -> World:
+        return replace(world, strut=replace(world.strut, attached=(Attached(place, along, **{kind: part}),)))
+
+    case = draw_cases(1, 3, "S", {"none": 1.0})[0]
+    unit = Unit("", attached, lambda _: HOLDER, most)
+    one, f = 1.0 / Seen(case, 0.0).per_part(unit), np.geomspace(*BAND_HZ, BINS)
+    whiten = whiteners(frf(case.world, f), case.setting, f)
+    target = frf(unit.world(case.world, one), f)
+    # by a fit of all values, with nothing of the element; a third for what bends in between
+    assert least_misfit(target, case.strut, whiten, f, np.zeros(len(priors()))) == pytest.approx(1.0, rel=1 / 3)
 
 
 def test_an_answer_is_scored_by_place_kind_class_and_values() -> None:

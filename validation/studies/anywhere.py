@@ -25,10 +25,10 @@ Complex = NDArray[np.complex128]
 
 SEEN = (15.0, 150.0)  # standard deviations; a global test sees about nine
 NONE = 1e-6  # share of the most that is as good as nothing
-SMALL = 5.0  # standard deviations, at which all is in proportion
-HALVINGS = 10
+SMALL = 5.0  # standard deviations of the whole change, at which it and what could imitate it are in proportion
+HALVINGS = 25
 BINS, BAND_HZ = 150, (10.0, 700.0)
-SPREAD = 1e-3  # relative step of a mode
+SPREAD = 1e-5  # relative step of a mode: small beside the width of its peak
 DIRECTIONS = ("x", "y", "z", "Rx", "Ry", "Rz")
 PARTS = {
     "top": "top interface",
@@ -220,7 +220,7 @@ def _sized(
     make: Callable[[Rng], Unit], case: Case, scatter: float, rng: Rng
 ) -> tuple[str, Callable[[World], World], Truth]:
     """Return a unit as large as drawn; what would be larger than anybody leaves there is drawn again."""
-    seen = _Seen(case, scatter)
+    seen = Seen(case, scatter)
     while True:
         unit = make(rng)
         wanted, each = _log(rng, *SEEN), seen.per_part(unit)
@@ -233,7 +233,7 @@ def _with(unit: Unit, part: float, world: World) -> World:
     return unit.world(world, part)
 
 
-class _Seen:
+class Seen:
     """Standard deviations of a small element on a strut, by its generator's own responses."""
 
     def __init__(self, case: Case, scatter: float) -> None:
@@ -247,25 +247,27 @@ class _Seen:
         built = self.bare.strut.built
         if built is None:
             return
-        still = frf(World(self.bare.strut), self.f)
         for k in range(built.frequency.size):  # those far above the band too: by the compliance that they give
-            factor = built.frequency.copy()
-            factor[k] *= 1 + SPREAD
-            moved = replace(self.bare.strut, built=replace(built, frequency=factor))
-            yield (frf(World(moved), self.f) - still) * scatter / SPREAD
+            there = []
+            for sign in (1, -1):
+                factor = built.frequency.copy()
+                factor[k] *= 1 + sign * SPREAD
+                moved = replace(self.bare.strut, built=replace(built, frequency=factor))
+                there.append(frf(World(moved), self.f))
+            yield (there[0] - there[1]) * scatter / (2 * SPREAD)
 
     def per_part(self, unit: Unit) -> float:
-        """Return the standard deviations of one part of it, from as much of it as is hardly seen."""
+        """Return the standard deviations of one part of it beyond all that the strut could do, from so little of it
+        that nothing bends: of a shift of a sharp peak by a hundredth, what bends alone is many standard deviations."""
         still = frf(unit.world(self.bare, NONE * unit.most), self.f)
         A = np.vstack([self.J, np.eye(self.J.shape[1])])
         lo, hi = np.log(NONE * unit.most), np.log(unit.most)
         for _ in range(HALVINGS):
             part = float(np.exp((lo + hi) / 2))
             off = stacked(self.whiten, frf(unit.world(self.bare, part), self.f) - still)
-            b = np.concatenate([off, np.zeros(self.J.shape[1])])
-            found = float(np.linalg.norm(b - A @ np.linalg.lstsq(A, b, rcond=None)[0]))
-            lo, hi = (lo, np.log(part)) if found > SMALL else (np.log(part), hi)
-        return found / part
+            lo, hi = (lo, np.log(part)) if np.linalg.norm(off) > SMALL else (np.log(part), hi)
+        b = np.concatenate([off, np.zeros(self.J.shape[1])])
+        return float(np.linalg.norm(b - A @ np.linalg.lstsq(A, b, rcond=None)[0])) / part
 
 
 def right_places(right: Sequence[tuple[str, str]], places: Sequence[Mapping[str, object]]) -> bool:

@@ -321,9 +321,16 @@ def is_significant(table: Thresholds, effect: Effect, final: Fit, response: Augm
     names = [p.name for p in effect.sizes if p.linear and np.isfinite(off[p.name])]
     if not names:
         return True
-    at = [final.names.index(f"{effect.name}.{n}") for n in names]
-    away = final.values[at] - np.array([off[n] for n in names])
-    return bool(0.5 * away @ np.linalg.pinv(final.cov[np.ix_(at, at)], hermitian=True) @ away > table.delta_lnL)
+    point = [p.name for p in effect.parameters if p not in effect.sizes]
+    at = [final.names.index(f"{effect.name}.{n}") for n in (*names, *point)]
+    away = final.values[at] - np.array([off[n] for n in names] + [0.0] * len(point))
+    # beside the axis it counts by its moments too, which may be all that is told: a value and its lever
+    slopes = np.eye(len(at))
+    for k in range(len(names), len(at)):
+        slopes[k, 0], slopes[k, k] = away[k], away[0]
+        away[k] *= away[0]
+    cov = slopes @ final.cov[np.ix_(at, at)] @ slopes.T
+    return bool(0.5 * away @ np.linalg.pinv(cov, hermitian=True) @ away > table.delta_lnL)
 
 
 def is_small_beside(gain: float, left: float, worst_G: float) -> bool:

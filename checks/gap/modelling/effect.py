@@ -31,7 +31,7 @@ class Parameter:
     own). start: where a fit begins; scale: what counts as a step. sets, adds: the model's parameters that take the
     value, or the value on top of their own; what a model does not have is passed over. grid: values to begin from when
     the response is not even roughly linear in it (empty: it is, and zero is no effect; if zero is out of bounds, a fit
-    begins at `start`). begins: where else a fit begins when nothing fits by far. limit_at: the value at which the
+    begins at `start`). begins: where else a fit from the priors begins. limit_at: the value at which the
     detection limits of the others are stated. sd: of a prior about zero, infinite without one. label: what people call
     it, else the name without its unit ("dx", "damping ratio"); a name that is a unit alone needs one.
     """

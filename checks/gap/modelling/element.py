@@ -126,6 +126,22 @@ def is_across(place: str) -> bool:
     return place in ACROSS or BETWEEN in place
 
 
+def has_negative(member: Effect, values: Mapping[str, float]) -> bool:
+    """Return whether a member takes away a mass, a damper, a lag or, except in a part that may be softer than drawn, a
+    spring."""
+    softer = isinstance(member, GenericElement) and is_across(member.place)
+    positive = ("m_kg", "J_", "c_", "tau_", *(() if softer else ("k_",)))
+    return any(v <= 0.0 for n, v in values.items() if n.startswith(positive))
+
+
+def on_the_other_side(e: Effect, values: Mapping[str, float]) -> dict[str, float]:
+    """Return values of an element that may be there in the place of such as may not: beside the axis, what is taken
+    away on one side bends the strut as what is added on the other does."""
+    if "x_mm" not in values or not has_negative(e, values):
+        return dict(values)
+    return {n: -v if n.endswith("_mm") else abs(v) for n, v in values.items()}
+
+
 @lru_cache(maxsize=2)
 def joint(place: str) -> GenericElement:
     """Return the joint at one end whose stiffnesses and dampings differ from the model's."""

@@ -27,6 +27,7 @@ from checks.gap.modelling.element import (
     GenericElement,
     element,
     kind_of,
+    on_the_other_side,
     parts_of,
     seems_to_hang,
 )
@@ -226,17 +227,22 @@ class Search:
         return [self.advance(moved, 2 * MANY) for moved in few[:BOTH_WAYS]]
 
     def _coarse_fit(
-        self, response: Augmented, start: Mapping[str, float], seed: int = 0, moving: bool = False
+        self,
+        response: Augmented,
+        start: Mapping[str, float],
+        seed: int = 0,
+        moving: bool = False,
+        also: Sequence[Mapping[str, float]] = (),
     ) -> FitPoint:
         """Search on few bins, from `start` or, with a seed, from a draw about it. moving: modes that the ratio of data
-        to model shows to be missing are moved there."""
+        to model shows to be missing are moved there; also: values of some parameters to begin at too."""
         free, joint = response.free(start), response.model.joint
 
         def move(at: Mapping[str, float], places: Sequence[float]) -> list[dict[str, float]]:
             return misplaced_modes(response.model, free, at, places[:PLACES], float(self.A.f[-1]), response.changes)
 
         way = move if moving else None
-        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0, move=way)
+        (point,) = coarse_fits(response, self.A, free, joint=joint, seed=seed, drawn=seed > 0, move=way, also=also)
         self.effort.spent += point.work
         return point
 
@@ -290,8 +296,8 @@ class Search:
         scores = sorted(places.scores(), key=lambda s: -s.net)
         first = [s for s in scores if s.p < WORTH_A_FIT][:ELEMENTS_TRIED]
         starts = [c for s in first if not self.over for c in self._from_screen(base, s)]
-        found = self._race(starts)
-        if any(c.adequate for c in found):
+        found = self._where_it_may_be(self._race(starts))
+        if any(c.adequate and c.possible for c in found):
             return found
         if any(kind_of(s.member) == RESONATOR for s in first):  # what rocks moves the axis as what hangs does
             rocks = [s for s in scores if kind_of(s.member) == ROCKING and not self.over]
@@ -302,11 +308,22 @@ class Search:
         for d in places.ranked[:PLACES]:
             tried += [s for s in scores if s.member in {element(d.place, d.direction, k) for k in (HOLDER, RESONATOR)}]
         far = [c for s in {s.member: s for s in tried}.values() if not self.over for c in self._coarse_start(base, s)]
-        found = best_of_each(self._race([*far, *found]))
-        if self.over or not found or found[0].adequate:
+        found = best_of_each(self._where_it_may_be(self._race([*far, *found])))
+        if self.over or not found or (found[0].adequate and found[0].possible):
             return found
         bare = self.refit(base.response, base.response.own_values(found[0].at))  # what led the calibration back?
         return self.add_element(bare, in_path) if bare.cost < MOVED * base.cost else found
+
+    def _where_it_may_be(self, found: Sequence[Explanation]) -> list[Explanation]:
+        """Return candidates, each whose last element takes something away beside the axis fitted from the other side,
+        and from the priors: along the axis it does the opposite there."""
+        out = []
+        for c in found:
+            own = c.of(c.added.name)
+            turned = {f"{c.added.name}.{n}": v for n, v in on_the_other_side(c.added, own).items() if v != own[n]}
+            near = turned and c.cost < NO_RIVAL * found[0].cost
+            out += self.refit_from_priors([replace(c, at=c.at | turned)]) if near else [c]
+        return sorted(out, key=lambda c: -c.score)
 
     def add_filter(self, base: Explanation, channel: str) -> list[Explanation]:
         """Add a mode of one channel's path to a candidate that is calibrated on the others, if these agree alone: a
@@ -355,16 +372,13 @@ class Search:
             return []
         quick = replace(response, model=quicker(response.model))
         own = {k: v for k, v in base.at.items() if k.split(".")[0] in base.names}
-        names = [f"{member.name}.{p.name}" for p in member.parameters]
-        places = [
-            (p.start, *(p.begins if base.gross else ()))
-            if p.linear and not isinstance(member, GenericElement)
-            else (score.starts[0][p.name],)
-            for p in member.parameters
-        ]
+        named = {f"{member.name}.{p.name}": p for p in member.parameters}
+        at_score = isinstance(member, GenericElement)
+        own |= {n: p.start if p.linear and not at_score else score.starts[0][p.name] for n, p in named.items()}
+        signs = {n: p.begins for n, p in named.items() if p.begins}
+        also = [dict(zip(signs, place, strict=True)) for place in product(*signs.values())] if signs else []
         try:
-            points = [self._coarse_fit(quick, own | dict(zip(names, place, strict=True))) for place in product(*places)]
-            best = min(points, key=lambda point: point.cost)
+            best = self._coarse_fit(quick, own, moving=bool(also), also=also)
             return [self.advance(self.begin(response, best.at), FEW)]
         except ModelError:
             return []
@@ -404,7 +418,10 @@ class Search:
             scores = sorted((s for s in scores if s.p < WORTH_A_FIT), key=lambda s: -s.gain)[:NEIGHBOURS]
             if member.rivals_elements:
                 scores += self._elements_like(Places(on_A), c)
-            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            found = self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            out += found
+            for r in (r for r in found if r.adequate):  # fewer values may do as well, as those of the member do
+                out += self.with_parts(r, r.added, parts_of(r.added))
         return out
 
     def with_elements_elsewhere(self, c: Explanation) -> list[Explanation]:
@@ -416,7 +433,8 @@ class Search:
             known = c.of(member.name)
             known |= seems_to_hang(known, c.response.payload(c.at)) if member.kind == ROCKING else {}
             scores = self._elements_like(Places(less.on(self.A).seen), c, kinds, known)
-            out += self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            found = self._race([r for s in scores for r in self._from_screen(less, s)], c.cost)
+            out += self._where_it_may_be(found)
         return out
 
     def _elements_like(

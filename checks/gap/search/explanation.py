@@ -22,7 +22,9 @@ from checks.fitting.goodness import gaps
 from checks.fitting.prior import off_priors
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.element import GenericElement, has_negative
 from checks.gap.modelling.thresholds import PER_PARAMETER, Thresholds
+from checks.gap.modelling.unmodelled_modes import UnmodelledMode
 from checks.gap.statistics.disagreement import VALUES_PER_CELL, left_by_cell
 from checks.gap.statistics.projected_residual import Adequacy, Projected, at_known, judge, project
 
@@ -142,6 +144,19 @@ class Explanation:
     def worst_G(self) -> float:
         """Return the largest G of a channel on B."""
         return max(self.channel_G.values())
+
+    @cached_property
+    def possible(self) -> bool:
+        """Return whether elements, and filters that stand in for no name, have values that their kinds can have: what
+        swings does so within the band, nothing is taken away that was not there, and nothing comes before its cause.
+        Others are signs of another class."""
+        f = self.unseen.f
+        for m in (m for m in self.response.effects if isinstance(m, GenericElement | UnmodelledMode)):
+            own = self.of(m.name)
+            swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]
+            if not swings or has_negative(m, own):
+                return False
+        return True
 
     @property
     def gross(self) -> bool:

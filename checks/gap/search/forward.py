@@ -9,7 +9,7 @@ import numpy as np
 
 from checks.errors import ModelError
 from checks.gap.modelling.effect import Effect
-from checks.gap.modelling.element import RESONATOR, ROCKING, GenericElement, is_across, kind_of, parts_of
+from checks.gap.modelling.element import RESONATOR, ROCKING, GenericElement, kind_of, parts_of
 from checks.gap.modelling.unmodelled_modes import MODE, UnmodelledMode
 from checks.gap.search.candidates import BOTH_WAYS, GO_ON, MOVES, NO_RIVAL, Search, best_of_each
 from checks.gap.search.disagreement import add_one, required_gain, settle_if_held
@@ -123,7 +123,8 @@ def _by_library(search: Search, beam: Beam) -> Rounds:
     if search.over:
         return
     again = search.refit_from_priors(found)
-    again += [e for c in again[:BOTH_WAYS] if not c.adequate for e in search.with_moved_modes(c, MOVES)]
+    nearest = [c for c in best_of_each([*again, *found])[:BOTH_WAYS] if not c.adequate]
+    again += [e for c in nearest for e in search.with_moved_modes(c, MOVES)]
     yield again
     likeliest = best_of_each([*again, *found])[:BOTH_WAYS]
     yield [c for c in map(search.with_other_damping, likeliest) if c is not None]
@@ -142,10 +143,10 @@ def _beside(search: Search, beam: Beam) -> Rounds:
 
 def _everywhere(search: Search, beam: Beam) -> Rounds:
     found = [*search.add_one(beam[0]), *search.add_element(beam[0], in_path=True)]
-    for c in [c for c in found if not is_possible(c)]:  # an element of one value in its place may be
+    for c in [c for c in found if not c.possible]:  # an element of one value in its place may be
         simpler = ((m, parts_of(m)) for m in c.response.members)
         found += [s for m, parts in simpler for s in search.with_parts(c, m, parts)]
-    yield [c for c in best_of_each(found) if is_possible(c)]
+    yield [c for c in best_of_each(found) if c.possible]
 
 
 def _those_that_progress(search: Search, beam: Beam, found: Beam) -> list[Explanation]:
@@ -193,7 +194,7 @@ def as_filter(search: Search, library: SearchResult, elements: SearchResult) -> 
     else:
         channel = max(places.factors, key=lambda c: places.factors[c])
         filters = search.with_effort_of_its_own().add_filter(base, channel)
-    filters = [c for c in filters if c.adequate and is_possible(c) and _is_bump(c)]
+    filters = [c for c in filters if c.adequate and c.possible and _is_bump(c)]
     if not filters:
         return None
     first, *rivals = sorted(filters, key=lambda c: -c.score)
@@ -201,7 +202,7 @@ def as_filter(search: Search, library: SearchResult, elements: SearchResult) -> 
     if not found and places.largest > NEARLY_ALL * 2.0 * (base.cost - first.cost):
         search.say("looking for what does as well as a filter")
         found = search.with_effort_of_its_own().add_element(base, in_path=True)
-    rivals += [c for c in found if c.adequate and is_possible(c)]
+    rivals += [c for c in found if c.adequate and c.possible]
     best = max((first, *rivals), key=lambda c: c.score)
     if best.score < first.score + search.table.delta_lnL:  # what an element has to gain beyond every filter
         best = first
@@ -280,13 +281,13 @@ def _finish(
     not need, with effects in the place of unmodelled modes if these do as well, and with the form of damping that the
     data ask for; the others are its rivals."""
     best = search.prune(_prefer_named(adequate))
-    if named := [c for c in search.swap_members(best) if search.is_complete(c) and is_possible(c)]:
+    if named := [c for c in search.swap_members(best) if search.is_complete(c) and c.possible]:
         adequate = [*adequate, *named]
         best = search.prune(_prefer_named([*named, best]))
-    elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and is_possible(c)]
+    elsewhere = [c for c in search.with_elements_elsewhere(best) if search.is_complete(c) and c.possible]
     adequate = [*adequate, best, *elsewhere]
     worth = [c for c in (best, *elsewhere) if _is_worth_rocking(c, adequate)]
-    best = max(worth or [best], key=lambda c: c.score)
+    best = max(worth or [best], key=lambda c: (c.possible, c.score))
     damped = search.with_likelier_damping(best)
     if damped is not best and damped.adequate:  # its rivals are compared with the same form
         near = (c for c in adequate if c.score > best.score - NEAR and c.names != best.names)
@@ -308,19 +309,6 @@ def _is_worth_rocking(c: Explanation, others: Sequence[Explanation]) -> bool:
 
 def _elements(c: Explanation) -> list[GenericElement]:
     return [m for m in c.response.effects if isinstance(m, GenericElement)]
-
-
-def is_possible(c: Explanation) -> bool:
-    """Return whether elements, and filters that stand in for no name, have values that their kinds can have: what
-    swings does so within the band, nothing is taken away that was not there, and nothing comes before its cause. Others
-    are signs of another class."""
-    f = c.unseen.f
-    for m in (m for m in c.response.effects if isinstance(m, GenericElement | UnmodelledMode)):
-        own, positive = c.of(m.name), ("m_kg", "J_", "c_", "tau_", *(() if is_across(m.place) else ("k_",)))
-        swings = "damping_ratio" not in own or f[0] < own["f_Hz"] < f[-1]  # and a part may be softer than drawn
-        if not swings or any(v <= 0.0 for n, v in own.items() if n.startswith(positive)):
-            return False
-    return True
 
 
 def _prefer_named(adequate: Sequence[Explanation]) -> Explanation:

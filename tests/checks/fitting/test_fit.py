@@ -13,9 +13,9 @@ from checks.errors import ModelError, NotHeld
 from checks.fitting.calibrate import calibrate
 from checks.fitting.coordinates import Coordinates, Free
 from checks.fitting.dataset import Dataset, simulated
-from checks.fitting.fit import Fit, FitPoint, finish, fit, free_of
+from checks.fitting.fit import Fit, FitPoint, coarse_fits, finish, fit, free_of
 from checks.fitting.goodness import gaps
-from checks.fitting.response import Response
+from checks.fitting.response import Channels, Response, Values
 from checks.gap import with_effects
 from hw.records import read
 from tests.checks.fitting.function_response import FunctionResponse
@@ -280,3 +280,21 @@ def test_a_search_led_to_what_cannot_stand_says_what_to_look_for_in_the_records(
     data = Dataset(F[:5], 2.0 * H, ("de",), np.full((5, 1, 1), 1e-4 + 0j), np.full(5, 30.0), name="S-9 low")
     with pytest.raises(ModelError, match=r"S-9 low: no values of the model come near .* time base .* same unit"):
         fit(Falls(lambda v, f, channels: v["k"] * H[: f.size], {"k": 1e-3}), data, free)
+
+
+@pytest.mark.parametrize(("also", "ends_at"), [((), -3.0), (({"a": 2.0},), 3.0)])
+def test_of_several_places_to_begin_at_the_lowest_search_on_ratios_goes_on(
+    also: tuple[dict[str, float], ...], ends_at: float
+) -> None:
+    """a and -a do nearly the same, and no step leads from one to the other: from -2 the search ends near -3, where a
+    hundredth is left, and what was measured is 3."""
+
+    def call(values: Values, f: np.ndarray, _: Channels) -> np.ndarray:
+        a = values["a"]
+        return np.tile(np.array([[a * a, 1.0 + 0.01 * a]]), (f.size, 1)).astype(complex)
+
+    H = call({"a": 3.0}, F, ("de", "da"))
+    data = simulated(F, H, ("de", "da"), noise_of(H, 1e-3), np.random.default_rng(1), tolerance=1e-3)
+    free = [Free("a", 0.0, start=-2.0, scale=1.0)]
+    (point,) = coarse_fits(FunctionResponse(call, {"a": 1e-4}), data, free, also=also)
+    assert point.at["a"] == pytest.approx(ends_at, abs=0.1)  # a tenth beside six between the two

@@ -3,16 +3,24 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
-from checks.fitting.fit import FitPoint, finish
+from checks.fitting.fit import Fit, FitPoint, finish
 from checks.fitting.prior import prior_rows
 from checks.gap.decision.build_result import _too_weak, _without
-from checks.gap.decision.evidence import BEYOND_CHANCE, NameEvidence, is_small_beside, matters_without_band
+from checks.gap.decision.evidence import (
+    BEYOND_CHANCE,
+    NameEvidence,
+    is_significant,
+    is_small_beside,
+    matters_without_band,
+)
 from checks.gap.decision.gates import GATES, Claim, gates_of
 from checks.gap.effects import effect_named
 from checks.gap.modelling.augmented import Augmented
@@ -99,6 +107,19 @@ def test_a_lag_that_comes_before_its_drive_is_no_name(tau_us: float, early: bool
     evidence = NameEvidence(effect, search, SearchResult(c, c, (), ()), c, fit, None)
     (causal,) = (g for g in gates_of(evidence) if g.name == "causal")
     assert causal.test(evidence) is not early
+
+
+@pytest.mark.parametrize(("moment", "significant"), [(-0.35, True), (-0.002, False)])
+def test_an_element_beside_the_axis_counts_by_its_moments(moment: float, significant: bool) -> None:
+    """Its stiffness known to 50 % only, by a record that tells stiffness times lever to 0.02 N/um mm: red while the
+    stiffness alone had to differ from nothing, and a spring that explained everything was no element."""
+    k, x, y = 0.06, moment / 0.06, 0.0
+    along = np.array([1.0, -x / k, 0.0])  # along which the moment stays
+    cov = 0.03**2 * np.outer(along, along) + np.diag([0.0, (0.02 / k) ** 2, (0.02 / k) ** 2])
+    effect = element("top_interface", "z", "spring")
+    names = tuple(f"{effect.name}.{n}" for n in ("k_N_per_um", "x_mm", "y_mm"))
+    final = cast(Fit, SimpleNamespace(names=names, values=np.array([k, x, y]), cov=cov))
+    assert is_significant(THRESHOLDS, effect, final, Augmented(drawn(3), (effect,))) is significant
 
 
 @pytest.mark.parametrize("spring", [0.3, 0.0])

@@ -14,10 +14,10 @@ EFFECT = Effect(
             lo=-600.0,
             hi=600.0,
             scale=20.0,
-            begins=(-120.0, 120.0),  # the sign of dx is easily mistaken if dy is large
+            begins=(-120.0, 120.0),  # from nothing, two of seven units ended with a wrong sign
             sets=("misalignment.dx_um",),
         ),
-        Parameter("dy_um", lo=-1500.0, hi=1500.0, scale=50.0, sets=("misalignment.dy_um",)),
+        Parameter("dy_um", lo=-1500.0, hi=1500.0, scale=50.0, begins=(-200.0, 200.0), sets=("misalignment.dy_um",)),
     ),
     channels=("de",),
     sign="the strut's bending modes appear or vanish in de alone; da and Vs hardly change",
