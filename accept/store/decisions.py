@@ -121,10 +121,15 @@ def problem_here(
     return decision_problem(kind, content, signed, roots, revoked, () if weakens else lost)
 
 
+def nonconformance_in(line: str) -> str | None:
+    """Return the nonconformance that a note says, None for another note."""
+    return line[mark.end() :] if (mark := _NONCONFORMANCE.match(line)) else None
+
+
 def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
     """Return the nonconformances among the notes of a unit folder, each with its step."""
-    marked = ((step, _NONCONFORMANCE.match(line), line) for step, lines in notes.items() for line in lines)
-    return [*dict.fromkeys(f"{step}: {line[mark.end() :]}" for step, mark, line in marked if mark)]
+    said = ((step, nonconformance_in(line)) for step, lines in notes.items() for line in lines)
+    return [*dict.fromkeys(f"{step}: {words}" for step, words in said if words is not None)]
 
 
 def words_of(given: NonconformanceDecided) -> str:
