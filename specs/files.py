@@ -61,12 +61,12 @@ def json_of(raw: bytes | str) -> Any:
 def size_problems(data: Mapping[str, Any], entries: int = MOST_ENTRIES, letters: int = MOST_LETTERS) -> list[str]:
     """Return which sections of a document are larger than anything that a person or a rig writes there."""
     found = [] if len(data) <= entries else [f"has {len(data)} entries, at most {entries} are read"]
+    bounds = {"entries": entries, "letters": letters, "letters in one text": MOST_IN_TEXT}
     for key, content in [] if found else data.items():
         nested = [key, *_nested(content)]
         most = max((len(each) for each in nested if not isinstance(each, str)), default=0)
         texts = [len(each) for each in nested if isinstance(each, str)]
-        sizes = (most, entries, "entries"), (sum(texts), letters, "letters"), (max(texts), MOST_IN_TEXT, "letters in one text")
-        for size, limit, what in sizes:
+        for size, (what, limit) in zip((most, sum(texts), max(texts)), bounds.items(), strict=True):
             found += [f"[{key}] has {size} {what}, at most {limit} are read"] if size > limit else []
     return found
 

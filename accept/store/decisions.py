@@ -6,7 +6,6 @@ valid signature does not count: a name can be typed by anyone at the keyboard.
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -22,13 +21,18 @@ from accept.base.documents.results import CONCESSION
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.store.key_certificates import is_compromised, issued_by, person_of, promises_list, role_of
-from accept.store.payloads import CHOICES, Decision, NonconformanceDecided, SignedBy, without_hashes
+from accept.store.payloads import (
+    CHOICES,
+    Decision,
+    NonconformanceDecided,
+    SignedBy,
+    nonconformance_in,
+    without_hashes,
+)
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
 QA = "qa"
-# How the line of one begins: as the workflow writes it (`payloads.MARK`), and as people do.
-_NONCONFORMANCE = re.compile(r"\s*non[- ]?conformance\s*:\s*", re.IGNORECASE)
 DISPOSITION = "disposition"  # the kind of a decision about nonconformances
 
 
@@ -119,11 +123,6 @@ def problem_here(
     except (OSError, ValueError):
         return "the list of revoked keys cannot be read"
     return decision_problem(kind, content, signed, roots, revoked, () if weakens else lost)
-
-
-def nonconformance_in(line: str) -> str | None:
-    """Return the nonconformance that a note says, None for another note."""
-    return line[mark.end() :] if (mark := _NONCONFORMANCE.match(line)) else None
 
 
 def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:

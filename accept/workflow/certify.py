@@ -66,7 +66,7 @@ class Signing:
         last, place = UnitJudged.of(judged), str(session.folder.resolve())
         if (last.path, last.result.to_json()) != (place, result.to_json()):
             now = judge_whole_unit(session)  # the newest measurement wins: what was seen is not what stands
-            words = f"it was judged meanwhile, {last.result.word} in {last.path}; judged once more here it is {now.word}"
+            words = f"it was judged meanwhile, {last.result.word} in {last.path}; judged once more it is {now.word}"
             raise SigningRefused(f"{session.serial}: {words}. Look at the summary (F9), then sign")
         amends = self._amends
         why = parse_signing_reason(result.verdict, reason, self._replaces)

@@ -9,7 +9,6 @@ from typing import Any
 
 from accept.base.atomic_files import write_atomic
 from accept.store import Event
-from accept.store.decisions import nonconformance_in
 from accept.store.payloads import (
     EntryUndone,
     NotedFile,
@@ -19,6 +18,7 @@ from accept.store.payloads import (
     StepNoted,
     StepRemeasured,
     ValueTaken,
+    nonconformance_in,
     payload_of,
 )
 from accept.units import attach

@@ -152,9 +152,9 @@ class OpenUnit:
         taken[UNIT_FILE] = hashlib.sha256(attach.text_of(self._document(attempt))).hexdigest()
         for name in sorted(taken.keys() & inputs.keys()):
             if inputs[name] != taken[name]:
-                words = "it was changed while it was judged: judge it again" if name == UNIT_FILE else "F2: take it again"
+                remedy = "Judge once more" if name == UNIT_FILE else "F2: take it again"
                 stored = f"sha256 {inputs[name][:12]}, the store has {taken[name][:12]}"
-                raise EntryError(f"{self.folder / name} is not what was entered ({stored}). {words}")
+                raise EntryError(f"{self.folder / name} is not what was entered ({stored}). {remedy}")
 
     def _document(self, attempt: Attempt) -> dict[str, Any]:
         return section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)

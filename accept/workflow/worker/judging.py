@@ -83,8 +83,7 @@ def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJu
 
 def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
     """Judge the whole unit and store the result; of a unit that is certified as of the day of its judgement, so that
-    what stands is no other attempt. Raises UnitError, EntryError, StoreError, OSError, BenchStopped if the golden units were
-    missed, and what `judge` does."""
+    what stands is no other attempt. Raises as `judge_step`, and BenchStopped if the golden units were missed."""
     attempt = session.written()
     unit, pipeline = units.read(session.folder), _pipeline(session, session.spec)
     certified = attempt.judged if attempt.certificate is not None else None
