@@ -21,18 +21,14 @@ from accept.base.documents.results import CONCESSION
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.store.key_certificates import is_compromised, issued_by, person_of, promises_list, role_of
-<<<<<<< HEAD
 from accept.store.payloads import (
     CHOICES,
-    Decision,
+    Disposition,
     NonconformanceDecided,
     SignedBy,
     nonconformance_in,
     without_hashes,
 )
-=======
-from accept.store.payloads import CHOICES, Disposition, NonconformanceDecided, SignedBy, without_hashes
->>>>>>> main
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
