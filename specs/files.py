@@ -14,6 +14,7 @@ TEXT_BYTES = 10_000_000  # of a spec, a key, a setting: people's files are far s
 CERTIFICATE_BYTES = 100_000_000  # with the files attached to it: 13 MB for a strut, 20 MB of records at most
 MOST_ENTRIES = 200  # of a table or a list that people write: the store is asked about every part
 MOST_LETTERS = 100_000  # of a section: a page of them takes 2 s, of ten times as many 200 s
+MOST_IN_TEXT = 20_000  # letters of one text: the time of a page grows with the square of it
 CHUNK_BYTES = 65536  # read at once
 log = logging.getLogger("accept.files")
 
@@ -60,11 +61,12 @@ def json_of(raw: bytes | str) -> Any:
 def size_problems(data: Mapping[str, Any], entries: int = MOST_ENTRIES, letters: int = MOST_LETTERS) -> list[str]:
     """Return which sections of a document are larger than anything that a person or a rig writes there."""
     found = [] if len(data) <= entries else [f"has {len(data)} entries, at most {entries} are read"]
+    bounds = {"entries": entries, "letters": letters, "letters in one text": MOST_IN_TEXT}
     for key, content in [] if found else data.items():
         nested = [key, *_nested(content)]
         most = max((len(each) for each in nested if not isinstance(each, str)), default=0)
-        written = sum(len(each) for each in nested if isinstance(each, str))
-        for size, limit, what in ((most, entries, "entries"), (written, letters, "letters")):
+        texts = [len(each) for each in nested if isinstance(each, str)]
+        for size, (what, limit) in zip((most, sum(texts), max(texts)), bounds.items(), strict=True):
             found += [f"[{key}] has {size} {what}, at most {limit} are read"] if size > limit else []
     return found
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from specs.patterns import pattern_problem
 from specs.plugins import product_named
-from specs.strict import Finite, Positive, Strict, Words, file_bytes, file_named, parse_as
+from specs.strict import LONGEST, Finite, Positive, Strict, Words, file_bytes, file_named, parse_as
 from specs.units import unit_of
 
 # As strict as a serial: it is in the first line of a verification, on pages and in the names of files.
@@ -74,7 +74,7 @@ class CheckSpec(Strict):
 
     required: bool = True
     reference_days: int | None = Field(default=None, ge=0)
-    instrument: str | None = None
+    instrument: Annotated[str, Field(max_length=LONGEST)] | None = None
     limits: dict[str, Limit] = Field(default_factory=dict)
     uncertainty: dict[str, StatedU] = Field(default_factory=dict)
     settings: dict[str, Any] = Field(default_factory=dict)

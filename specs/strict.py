@@ -16,7 +16,8 @@ from specs.files import read_bounded
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Words = Annotated[str, Field(min_length=1)]
+LONGEST = 2000  # letters of one text: a page of a million takes minutes
+Words = Annotated[str, Field(min_length=1, max_length=LONGEST)]
 MAX_TOML_BYTES = 4_000_000  # the largest model file of a batch takes a tenth
 MAX_KEY_PARTS = 100  # of a dotted key; the files of this program have four
 _BETWEEN_DOTTED = re.compile(rb"[=,\[\]{}\n#]")  # dots of one key stand between two of these

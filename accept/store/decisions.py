@@ -6,7 +6,6 @@ valid signature does not count: a name can be typed by anyone at the keyboard.
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -22,13 +21,18 @@ from accept.base.documents.results import CONCESSION
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.store.key_certificates import is_compromised, issued_by, person_of, promises_list, role_of
-from accept.store.payloads import CHOICES, Disposition, NonconformanceDecided, SignedBy, without_hashes
+from accept.store.payloads import (
+    CHOICES,
+    Disposition,
+    NonconformanceDecided,
+    SignedBy,
+    nonconformance_in,
+    without_hashes,
+)
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
 QA = "qa"
-# How the line of one begins: as the workflow writes it (`payloads.MARK`), and as people do.
-_NONCONFORMANCE = re.compile(r"\s*non[- ]?conformance\s*:\s*", re.IGNORECASE)
 DISPOSITION = "disposition"  # the kind of a decision about nonconformances
 
 
@@ -123,8 +127,8 @@ def problem_here(
 
 def in_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
     """Return the nonconformances among the notes of a unit folder, each with its step."""
-    marked = ((step, _NONCONFORMANCE.match(line), line) for step, lines in notes.items() for line in lines)
-    return [*dict.fromkeys(f"{step}: {line[mark.end() :]}" for step, mark, line in marked if mark)]
+    said = ((step, nonconformance_in(line)) for step, lines in notes.items() for line in lines)
+    return [*dict.fromkeys(f"{step}: {words}" for step, words in said if words is not None)]
 
 
 def words_of(given: NonconformanceDecided) -> str:

@@ -39,18 +39,24 @@ def touched(events: Iterable[Event], serial: str, since: datetime.date, bench: s
     ]
 
 
+def _read(serial: object) -> str:
+    """Return a serial number of an instrument as a person reads it: capitals and the number of blanks do not count."""
+    return " ".join(str(serial or "").split()).casefold()
+
+
 def _how(event: Event, serial: str, bench: str) -> Iterator[str]:
+    wanted = _read(serial)
     match payload_of(event, SectionCaptured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
-        case SectionCaptured(section, serial=of) if of == serial:
+        case SectionCaptured(section, serial=of) if _read(of) == wanted:
             yield f"measured {section}"
-        case CaptureFailed(section, serial=of) if of == serial:
+        case CaptureFailed(section, serial=of) if _read(of) == wanted:
             yield f"tried {section}"
         case UnitJudged(result=result, bench=at) if not serial:
             if at in ("", bench):
                 yield f"judged: {result.verdict}"
         case UnitJudged(result=result):
             rows: list[dict[str, Any]] = (result.calibration or {}).get("instruments", [])
-            checks = [row["check"] for row in rows if row.get("serial") == serial]
+            checks = [row["check"] for row in rows if _read(row.get("serial")) == wanted]
             if checks:
                 yield f"judged {', '.join(checks)}: {result.verdict}"
         case (
@@ -58,5 +64,5 @@ def _how(event: Event, serial: str, bench: str) -> Iterator[str]:
             | RecordLinked(step, input=name, source=source)
             | ReadingFailed(step, input=name, source=source)
         ):
-            if serial in (source or "").split():  # an instrument is named by model and serial number
+            if f" {wanted} " in f" {_read(source)} ":  # an instrument is named by model and serial number
                 yield f"read {step} {name}".rstrip()

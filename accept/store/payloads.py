@@ -102,6 +102,7 @@ class SignedBy(Document):
 
 
 MARK = "NONCONFORMANCE: "  # how the line of a nonconformance in `unit.toml` begins
+_NONCONFORMANCE = re.compile(r"\s*non[- ]?conformance\s*:\s*", re.IGNORECASE)  # and as people begin it
 CHOICES: Mapping[str, str] = {  # dispositions: as they are stored, and in words
     CONCESSION: "use as it is",
     "rework": "rework and measure again",
@@ -518,6 +519,11 @@ _HASHED = re.compile(r"; file ([^;]+), SHA-256 [0-9a-f]{64}")
 def without_hashes(line: str) -> str:
     """Return a note's line with its files by their names alone, as screens show it."""
     return _HASHED.sub(r" [\1]", line)
+
+
+def nonconformance_in(line: str) -> str | None:
+    """Return the nonconformance that a note says, None for another note."""
+    return line[mark.end() :] if (mark := _NONCONFORMANCE.match(line)) else None
 
 
 @dataclass(frozen=True)

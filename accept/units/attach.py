@@ -106,6 +106,11 @@ def _free_name(folder: Path, name: str, digest: str, size: int) -> str:
     return tried
 
 
+def text_of(document: dict[str, Any]) -> bytes:
+    """Return `unit.toml`: equal documents give equal bytes."""
+    return tomlkit.dumps(document).encode("utf-8")
+
+
 def write_document(folder: Path, document: dict[str, Any]) -> None:
     """Write `unit.toml`. Raises OSError."""
-    write_atomic(folder / UNIT_FILE, tomlkit.dumps(document).encode("utf-8"), of_unit=True)
+    write_atomic(folder / UNIT_FILE, text_of(document), of_unit=True)

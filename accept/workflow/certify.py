@@ -59,15 +59,21 @@ class Signing:
         credential = self._opened(TECHNICIAN, passphrase)
         if session.attempt.certificate is not None:
             raise SigningRefused(f"{session.serial}: this result is signed already")
+        session.refresh()
         result = session.judgements.result or judge_whole_unit(session)
+        past = [*session.store.events(session.serial)]
+        judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
+        last, place = UnitJudged.of(judged), str(session.folder.resolve())
+        if (last.path, last.result.to_json()) != (place, result.to_json()):
+            now = judge_whole_unit(session)  # the newest measurement wins: what was seen is not what stands
+            words = f"it was judged meanwhile, {last.result.word} in {last.path}; judged once more it is {now.word}"
+            raise SigningRefused(f"{session.serial}: {words}. Look at the summary (F9), then sign")
         amends = self._amends
         why = parse_signing_reason(result.verdict, reason, self._replaces)
         if _is_one_of(why, [passphrase]):
             raise SigningRefused(NOT_TAKEN)
-        number, past = session.attempt.number, list(session.store.events(session.serial))
-        events = [*counted(session.store, past)]
-        judged = next(event for event in reversed(past) if event.what == UnitJudged.KIND)
-        earlier, why_again = ends_before(fold(events, before=judged.seq)), UnitJudged.of(judged).reason
+        number, events = session.attempt.number, [*counted(session.store, past)]
+        earlier, why_again = ends_before(fold(events, before=judged.seq)), last.reason
         decided = Provenance(
             number, reason=why_again, earlier=earlier, amends=amends, judged=judged.time, signed_because=why
         )

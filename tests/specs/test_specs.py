@@ -129,6 +129,17 @@ def test_settings_as_they_should_be(tmp_path: Path) -> None:
     assert "at least 2 items" in short
 
 
+@pytest.mark.parametrize("key", ["title", "checks.capacitance.instrument"])
+def test_no_text_fills_pages(tmp_path: Path, key: str) -> None:
+    """Red before: a certificate of a title of a million letters was signed, and took minutes to verify."""
+    section, _, name = key.rpartition(".")
+    text = GOOD.replace('title = "mine"\n', "") if name == "title" else GOOD
+    long = f'{name} = "{"x " * 1001}"\n'
+    text = text.replace(f"[{section}]\n", f"[{section}]\n{long}") if section else long + text
+    (problem,) = problems_of(tmp_path, text)
+    assert f"[{key}] String should have at most 2000 characters" in problem
+
+
 def test_one_report_lists_every_problem(tmp_path: Path) -> None:
     text = GOOD.replace('unit = "uF"', 'unit = "F"').replace('kind = "apa"', 'kind = "x"').replace('title = "mine"', "")
     assert len(problems_of(tmp_path, text)) == 3

@@ -175,6 +175,8 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
         raise ContentError(f"no {' and no '.join(missing)} is attached")
     try:
         manifest = Manifest.from_text(attachments[MANIFEST])
+        drawn = {key: stated for key, stated in manifest.provenance.items() if key != "crl"}
+        within_bounds({**manifest.to_json(), "provenance": drawn})
         if manifest.format not in (BEFORE, FORMAT):
             raise ContentError(f"{MANIFEST} has format {manifest.format!r}, this program reads up to {FORMAT}")
         models = {
@@ -211,8 +213,9 @@ def read(attachments: Mapping[str, bytes]) -> CertificateContent:
 
 
 def within_bounds(result: dict[str, Any]) -> dict[str, Any]:
-    """Return a result that can be drawn and compared; its records bound samples and gap. Raises ContentError."""
-    written = {key: entry for key, entry in result.items() if key not in ("samples", "gap")}
+    """Return a result that can be drawn and compared, or a manifest; the records bound the samples. Raises
+    ContentError."""
+    written = {key: entry for key, entry in result.items() if key != "samples"}
     if problems := size_problems(written, MOST_ENTRIES, MOST_LETTERS):
         raise ContentError(f"the result is too large for a certificate: {'; '.join(problems)}")
     return result

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from accept.base.documents.analyses import GAP_PICTURES, REFUSED, on_certificate
+from accept.base.documents.analyses import GAP_PICTURES, REFUSED, GapDocument, on_certificate
 from accept.certificate.contents.content import CertificateContent
 from accept.certificate.contents.outcome import InvalidCertificate
 from accept.certificate.verify.page_check import VERDICT_WORDS
@@ -23,6 +23,7 @@ from specs.units import RESPONSE_UNITS
 
 SEEN = 5e-3  # of what a curve spans: a difference below it is not seen; another processor's sums differ by 1e-6
 FEW = 0.02  # of a curve's points: where two samples are as high, another processor may keep the other one
+_OF_GAP = {"start", "model_sha256", "improved", "reason"}  # beside gap.json, of which the serial is left out
 BESIDE = 3  # points of a curve on either side: a run of samples keeps four, its ends, its lowest and its highest
 
 
@@ -105,6 +106,8 @@ def check_gap(has_responses: bool, gap: Mapping[str, Any] | None, panels: Mappin
     if gap is not None:
         from checks.gap import contradictions  # loads the library: only for a unit with an analysis
 
+        if unknown := sorted(gap.keys() - {*GapDocument.__annotations__, *_OF_GAP}):
+            raise InvalidCertificate(f"the gap analysis states '{unknown[0][:60]}', which this program does not write")
         declared = (c for i in CHECKS["frf"].inputs.values() for c in getattr(i, "channels", ()))
         for said in contradictions(gap, sorted({*RESPONSE_UNITS, *declared})):
             raise InvalidCertificate(f"the gap analysis {said}")

@@ -18,14 +18,13 @@ from accept.certificate import (
     read_certificate,
     sign_into,
 )
-from accept.certificate.evidence import is_set_aside
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.revocation_record import store_is_there
 from accept.commands.answer import Answer, Remark, command
 from accept.commands.options import LargeRecords, QaPassphrase, TimeStamping
 from accept.commands.trust.bench_keys import qa_credential
-from accept.commands.trust.verify import VerifyOptions, verified, verifier
+from accept.commands.trust.verify import VerifyOptions, set_aside, verified, verifier
 from accept.store import DATABASE, StoreError, open_store
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
@@ -86,13 +85,16 @@ def _many(
 ) -> Answer:
     """Show each certificate verified, ask for the passphrase once, and countersign those that are valid without a
     remark and of accepted units. The others are left as they are and named: each needs a look of its own."""
-    wait = dict[Path, tuple[bytes, Verification]]()
-    left, total = list[str](), 0
+    wait, looked_at = dict[Path, tuple[bytes, Verification]](), list[tuple[Path, bytes, Verification]]()
+    left = list[str]()
     for path, content, found in verified(certificates, verifier(VerifyOptions(records=records))):
         say(f"  {one_line(str(path))}: {found.serial} {found.verdict or ''}: {found.reason}")
-        if is_set_aside(path) and found.current is False:
-            continue  # replaced since, as the store says
-        total += 1
+        looked_at.append((path, content, found))
+    aside = set_aside([(path, found) for path, _, found in looked_at])
+    total = len(looked_at) - len(aside)
+    for path, content, found in looked_at:
+        if path in aside:
+            continue
         if not found.valid:
             left.append(f"{one_line(str(path))}: {found.reason}")
         elif found.countersigned:

@@ -160,7 +160,8 @@ def verified(
 def _files(paths: Sequence[Path]) -> list[Path]:
     found = dict[Path, None]()
     for path in paths:
-        inside = sorted(each for each in path.rglob("*") if each.suffix.lower() == ".pdf") if path.is_dir() else [path]
+        named = (each for each in path.rglob("*") if each.suffix.lower() == ".pdf" and not each.is_dir())
+        inside = sorted(named) if path.is_dir() else [path]
         if not inside:
             raise CertificatesMissing(f"{path}: holds no certificate (no file that ends in .pdf)")
         found.update(dict.fromkeys(inside))
@@ -228,13 +229,13 @@ def _of_many(
 ) -> Answer:
     """Return a row for each certificate, those that are not valid, not as required or valid with a remark with the
     reason, a count, and lines about their folder; the exit code is the worst, that of the folder included. One that was
-    set aside as replaced is not held against the folder if a list or the store says that it is."""
+    `set_aside` is not held against the folder."""
     exits, rows, reasons = list[Exit](), list[tuple[str, ...]](), list[str]()
+    aside = set_aside([(path, report) for path, report, _ in found])
     for path, report, missing in found:
         name, by = one_line(str(path)), ", ".join(f"{by.person} ({by.role})" for by in report.signatures)
-        is_old = is_set_aside(path) and report.current is False  # as the list says, not the name alone
-        exits.append(Exit.ACCEPTED if is_old else _exit(report, missing))
-        state = "replaced since" if is_old else _outcome(report)
+        exits.append(Exit.ACCEPTED if path in aside else _exit(report, missing))
+        state = "replaced since" if path in aside else _outcome(report)
         rows.append((name, report.serial, str(report.verdict or ""), state, by))
         if exits[-1] is not Exit.ACCEPTED or report.remarks:
             reasons.append(f"{name}: {'; '.join((report.reason, *missing))}")
@@ -248,6 +249,13 @@ def _of_many(
         *lines,
         exit=next((each for each in (Exit.REJECTED, Exit.INCOMPLETE) if each in (*exits, exit)), Exit.ACCEPTED),
     )
+
+
+def set_aside(found: Sequence[tuple[Path, Verification]]) -> set[Path]:
+    """Return the certificates that were set aside as replaced: a list or the store says so, not the name alone, and the
+    one of that unit that stands is there too. Who renames a file must not hide that its unit was rejected since."""
+    standing = {report.serial for _, report in found if report.current}
+    return {p for p, report in found if is_set_aside(p) and report.current is False and report.serial in standing}
 
 
 def _document(report: Verification, missing: Sequence[str]) -> VerificationDocument:

@@ -18,6 +18,7 @@ from accept.store.payloads import (
     StepNoted,
     StepRemeasured,
     ValueTaken,
+    nonconformance_in,
     payload_of,
 )
 from accept.units import attach
@@ -27,7 +28,10 @@ from accept.workflow.session.unit import Subject
 from accept.workflow.steps import section
 from checks.declare import Input, Measured, Scalar
 from hw.errors import InstrumentError
+from specs.files import read_bounded
 
+NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
+_FILE_BYTES = 200_000_000  # of one of them
 _MOST_PIXELS = 1200  # of the longer side: 150 to the inch on the width of the page
 _QUALITY = 80  # of the JPEG; such a picture has 100 to 300 kB
 
@@ -40,7 +44,7 @@ def scaled(path: Path) -> bytes:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            with Image.open(path) as photo:
+            with Image.open(io.BytesIO(read_bounded(path, _FILE_BYTES))) as photo:
                 upright = ImageOps.exif_transpose(photo).convert("RGB")
     except (UnidentifiedImageError, Image.DecompressionBombWarning, Image.DecompressionBombError, ValueError) as e:
         raise EntryError(f"{path.name}: no picture that can be printed; keep it as a file without printing it") from e
@@ -59,10 +63,6 @@ def keep(picture: bytes, folder: Path, name: str) -> str:
         shown = f"{Path(name).stem}.print-{number}.jpg"
     write_atomic(folder / shown, picture, of_unit=True)
     return shown
-
-
-NOTES_FOLDER = "notes"  # in that of an attempt: photos and other files
-_FILE_BYTES = 200_000_000  # of one of them
 
 
 class Entries(Subject):
@@ -130,6 +130,8 @@ class Entries(Subject):
         passphrase, or if a file to print is no picture, OSError if a file cannot be read."""
         words, folder = plain_words(text, "a note"), self._unit.folder / NOTES_FOLDER
         self._unit.refuse([text])
+        if (said := nonconformance_in(words)) is not None:  # typed as in unit.toml, where it holds a unit too
+            words, nonconformance = said or words, True
         kept = []
         for path in files:
             picture = scaled(path) if printed else b""  # a file that is no picture stops here

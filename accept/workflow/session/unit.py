@@ -1,17 +1,19 @@
 """A unit that is open at the bench: its events, the state folded from them, and the lock that keeps both in order."""
 
+import hashlib
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock, Timeout
 
 from accept.base.spelling import mistaken_for
 from accept.store import Event, Overtaken, Store
-from accept.store.payloads import AttemptStarted, Payload, RunOpened
-from accept.units import attach, attempt_folder
+from accept.store.payloads import AttemptStarted, Payload, RecordLinked, RunOpened
+from accept.units import UNIT_FILE, attach, attempt_folder
 from accept.workflow.entry.parse_entry import EntryError, serial_problem
 from accept.workflow.state.unit_state import Attempt, StepState, UnitRun, fold_run
 from accept.workflow.steps import section
@@ -139,9 +141,23 @@ class OpenUnit:
         """Return the present attempt, with `unit.toml` in its folder as the state has it."""
         with self.mutex:
             attempt = self.attempt
-            document = section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
-            attach.write_document(self.folder, document)
+            attach.write_document(self.folder, self._document(attempt))
             return attempt
+
+    def vet(self, attempt: Attempt, inputs: Mapping[str, str]) -> None:
+        """Raise EntryError if what was judged is not what was entered: the store has the hash of each record as it was
+        taken, and `unit.toml` follows from the entries. inputs: file -> sha256, as it was judged."""
+        entries = (entry for step in attempt.steps.values() for entry in step.entries)
+        taken = {entry.file: entry.sha256 for entry in entries if isinstance(entry, RecordLinked)}
+        taken[UNIT_FILE] = hashlib.sha256(attach.text_of(self._document(attempt))).hexdigest()
+        for name in sorted(taken.keys() & inputs.keys()):
+            if inputs[name] != taken[name]:
+                remedy = "Judge once more" if name == UNIT_FILE else "F2: take it again"
+                stored = f"sha256 {inputs[name][:12]}, the store has {taken[name][:12]}"
+                raise EntryError(f"{self.folder / name} is not what was entered ({stored}). {remedy}")
+
+    def _document(self, attempt: Attempt) -> dict[str, Any]:
+        return section.document(self.serial, attempt, self.steps, attempt.simulated or self.simulates)
 
 
 class Subject:

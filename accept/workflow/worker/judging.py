@@ -70,10 +70,11 @@ class Elsewhere:
 
 def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJudged:
     """Judge one step by itself and store the judgement. judge: the function that does it, here or in the other
-    process. Raises UnitError, StoreError, OSError, and what `judge` does."""
+    process. Raises UnitError, EntryError, StoreError, OSError, and what `judge` does."""
     step, attempt = session.step(name), session.written()
     asked = session.spec.model_copy(update={"checks": {name: step.asked}})
     result = judge(session.folder, asked, _pipeline(session, asked).statement(units.read(session.folder)))
+    session.vet(attempt, result.inputs)
     judged = judgement_of_result(name, result, state_of(attempt, step), session.spec_name)
     panels = {key.partition("/")[2]: panel for key, panel in result.panels.items()}
     session.judgements.keep_step(judged, step, panels)
@@ -82,20 +83,20 @@ def judge_step(session: Session, name: str, judge: Judge = judge_here) -> StepJu
 
 def judge_whole_unit(session: Session, judge: Judge = judge_here) -> UnitRecord:
     """Judge the whole unit and store the result; of a unit that is certified as of the day of its judgement, so that
-    what stands is no other attempt. Raises UnitError, StoreError, OSError, BenchStopped if the golden units were
-    missed, and what `judge` does."""
-    given, attempt = session.written().given, session.attempt
+    what stands is no other attempt. Raises as `judge_step`, and BenchStopped if the golden units were missed."""
+    attempt = session.written()
     unit, pipeline = units.read(session.folder), _pipeline(session, session.spec)
     certified = attempt.judged if attempt.certificate is not None else None
     stated = pipeline.statement(unit) if certified is None else pipeline.statement_of(unit, certified.result)
     found = judge(session.folder, session.spec, stated)
+    session.vet(attempt, found.inputs)
     if session.gap.found is not None:
         found = without_bench_errors(with_explanation(found, session.gap.found, session.gap.panels))
     job = UnitJob(unit, session.spec, session.operator, reason=session.attempt.reason or None)
     with session.mutex:
         result = pipeline.settle(job, Judgement(found)).result
         session.refresh()
-        session.judgements.keep(given, result)
+        session.judgements.keep(attempt.given, result)
     return result
 
 

@@ -4,6 +4,7 @@ import csv
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -353,3 +354,26 @@ def test_evidence_reads_what_lies_in_it_and_no_more(package: Path, tmp_path: Pat
         assert f"{name}: lies outside the package, and was not read" in done.stdout
     assert "sparse: cannot be read (has 3221225472 bytes" in done.stdout
     assert "pipe: cannot be read (is a pipe or a device" in done.stdout
+
+
+def test_a_certificate_is_set_aside_only_beside_the_one_that_stands(place: Path, tmp_path: Path) -> None:
+    """Red before: an accepted certificate of a unit that was rejected since, renamed and given alone, was `valid and as
+    required`, exit 0."""
+    unit = place.parent / "units" / "A" / "unit.toml"
+    unit.write_text(unit.read_text().replace("373.2", "150.5").replace("5.10", "5.06"))
+    done = accept("report", unit.parent, "--out", place / "A.pdf", *SIGNED[1:], "--reason", "dropped")
+    assert done.exit_code == 3, done.output
+    (old,) = place.glob("A_superseded-*.pdf")
+    for moved in (tmp_path / "given" / old.name, tmp_path / "superseded" / "A.pdf"):
+        moved.parent.mkdir()
+        shutil.copy(old, moved)
+        for required in ((), ("--require", "accepted,current")):
+            for asked in ((moved.parent,), (moved, "--table")):
+                done = accept("verify", *asked, *required)
+                assert done.exit_code == (3 if required else 4), done.output
+                assert "0 of 1 certificates are valid" in done.output
+                assert "this bench's store knows a later attempt" in done.output
+    shutil.copy(place / "A.pdf", tmp_path / "given" / "A.pdf")
+    (tmp_path / "given" / "folder.pdf").mkdir()  # red before: nothing in the folder was verified
+    done = accept("verify", tmp_path / "given")
+    assert (done.exit_code, done.output.count("replaced since")) == (0, 1), done.output

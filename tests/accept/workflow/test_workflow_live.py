@@ -135,6 +135,14 @@ def test_recall_finds_units_that_the_workflow_measured(session: Session):
     assert not touched(session.store.events(), "SN-8", datetime.date(2000, 1, 1))
 
 
+def test_recall_takes_a_serial_with_blanks_and_in_any_capitals(session: Session):
+    """Red before: a reading of an instrument whose serial number has a blank was left out, without a word."""
+    declared = session.step("capacitance").check.inputs["sensor_uF"]
+    session.entries.take("capacitance", declared, Measured(4.99), source="lcr LCR 819 SN 123 45")
+    for serial, count in (("SN 123 45", 1), (" sn  123 45", 1), ("SN 123 4", 0), ("", 0)):
+        assert len(touched(session.store.events(), serial, datetime.date(2000, 1, 1))) == count, serial
+
+
 def test_every_byte_of_a_simulated_meter_is_kept(session: Session, tmp_path):
     world = BenchSetup("APA-02", (0.0,) * 8, 4.99e-6, 9.85e-6, 120e-6, 240e-6)
     with SimulatedBench(world, tmp_path / "bench") as bench:

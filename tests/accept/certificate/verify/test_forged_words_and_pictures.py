@@ -275,6 +275,12 @@ def test_an_effect_in_the_drive_is_of_all_channels(channel: str, words: str | No
         check_gap(parse(tmp_path, text, toml_of(text)), gap, {})
 
 
+def test_a_gap_analysis_states_what_this_program_writes(tmp_path: Path) -> None:
+    text = b'serial = "S-1"\nkind = "strut"\n[frf]\nlow = "a.mat"\nhigh = "b.mat"\n'
+    with pytest.raises(InvalidCertificate, match="states 'verdict_of_unit', which this program does not write"):
+        check_gap(parse(tmp_path, text, toml_of(text)), {"verdict": "refused", "verdict_of_unit": "accepted"}, {})
+
+
 RIVALS = ["amplifier_bandwidth", "loop_delay"]
 FOUND = {"start": "strut", "model": "strut", "verdict": "ambiguous", "ambiguous": [], "unnamed": []}
 

@@ -105,16 +105,27 @@ def test_a_unit_file_longer_than_any_is_not_parsed() -> None:
     [
         ("notes", ["stroke: x"] * 20_000, r"\[notes\] has 20000 entries, at most 2000 are read"),
         ("notes", ["x" * 2_000_000], r"\[notes\] has 2000005 letters, at most 1000000 are read"),
+        ("notes", ["x " * 10_001], r"\[notes\] has 20002 letters in one text, at most 20000 are read"),
+        ("gap", {"verdict": "refused", "reason": "x " * 500_000}, r"\[gap\] has 1000000 letters in one text"),
         ("parts", {f"p{n}": f"Q-{n}" for n in range(30_000)}, r"\[parts\] has 30000 entries"),
         ("copies", [{"sample": "stroke/a", "with": [{"serial": "Q-1"}] * 20_000}], r"\[copies\] has 20000 entries"),
     ],
-    ids=["many notes", "a long note", "parts", "copies"],
+    ids=["many notes", "long notes", "a long note", "a long reason", "parts", "copies"],
 )
 def test_a_result_that_would_take_minutes_is_neither_read_nor_signed(
     bench: Bench, key: str, entry: Any, words: str
 ) -> None:
-    """Who holds a technician's key could sign one: 20,000 copies took 69 s."""
+    """Who holds a technician's key could sign one: 20,000 copies took 69 s, a reason of a million letters minutes."""
     contents = read_contents(bench.signed)
     huge = replace(contents, result={**contents.result, key: entry})
     with pytest.raises(ContentError, match=words):
         read(huge.attachments())
+
+
+def test_what_a_bench_states_is_bounded_too(bench: Bench) -> None:
+    contents = read_contents(bench.signed)
+    huge = replace(contents, provenance={**contents.provenance, "laboratory": {"name": "x " * 10_001}})
+    with pytest.raises(ContentError, match=r"\[provenance\] has 20002 letters in one text"):
+        read(huge.attachments())
+    long = replace(contents, provenance={**contents.provenance, "crl": "x" * 30_000})
+    assert read(long.attachments()).provenance["crl"]  # a long list of revoked keys is on no page
