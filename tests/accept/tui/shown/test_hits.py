@@ -50,6 +50,13 @@ def test_bars_are_as_high_as_the_forces() -> None:
     assert [bars[2 * n] for n in range(3)] == ["▂", "▅", "█"]
 
 
+def test_bars_of_a_large_terminal_are_wide_below_their_marks() -> None:
+    _, marks, *bars = hits_text(HitsSoFar(GOOD, False, 3, NAN), 12, 7).plain.split("\n")[:14]
+    assert [marks[7 * n] for n in range(3)] == ["✓", "✓", "○"]
+    assert bars[-1].startswith("██████ ██████ ")
+    assert bars[0].startswith("       ██")  # the higher one
+
+
 def test_the_cue_is_what_is_to_be_done_at_this_moment() -> None:
     assert cue_of(HitsSoFar((), False, 5, NAN)) == HIT
     assert cue_of(HitsSoFar(GOOD, True, 5, NAN)) == WAIT
