@@ -279,7 +279,7 @@ class Summary(Scanning):
         self.call_later(self._show_pictures)
 
     async def _show_pictures(self) -> None:
-        """Show what was measured below the table, where there is room."""
+        """Show pictures of the unit below the table if there is room."""
         panels = first_pictures(self.session, _PICTURES) if has_room(self.app.size) else ()
         holder = self.query_one("#drawn", Vertical)
         holder.set_class(not panels, "nothing")
