@@ -22,7 +22,7 @@ _GOOD, _BAD, _OPEN = ("✓", "green"), ("✗", "bold red"), ("○", "dim")
 _COHERENCE_BAR = 20  # columns
 _BARS, _HIGH_FROM = 6, 32  # rows of the force of each hit, and of a terminal that has room for them
 _ROOMY_FROM, _OTHER_ROWS = 45, 26  # rows of a terminal with room for higher ones, and of all else there
-_NARROW_BAR, _WIDE_BAR = 2, 8  # columns
+_NARROW_BAR, _WIDE_BAR, _WORDS = 2, 8, 30  # columns: from bar to bar, and of the words behind them
 
 
 class Hits(Horizontal):
@@ -58,7 +58,7 @@ class Hits(Horizontal):
         shown.set_class(cue == HIT, "now")
         high, marks = self.app.size.height, self.query_one("#marks", Static)
         rows = high - _OTHER_ROWS if high >= _ROOMY_FROM else _BARS if high >= _HIGH_FROM else 1
-        room = marks.size.width // max(1, len(so_far.hits) + so_far.more)
+        room = (marks.size.width - _WORDS) // max(1, len(so_far.hits) + so_far.more)
         marks.update(hits_text(so_far, rows, room if high >= _ROOMY_FROM else _NARROW_BAR))
         panel, view = response_panel(so_far), self.query_one(PanelView)
         view.display = panel is not None

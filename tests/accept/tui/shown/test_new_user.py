@@ -286,3 +286,28 @@ async def test_without_units_the_list_has_the_room_of_the_unit() -> None:
         await begin(pilot)
         await press(pilot, "escape")
         assert pilot.app.screen.query_one("#unit-card").display
+
+
+@pytest.mark.parametrize("size", [(80, 24), ROOM, (200, 60)], ids=str)
+async def test_a_question_is_answered_with_the_mouse(size: tuple[int, int]) -> None:
+    """Red before: a click on `Enter: confirm` or `Esc: close` did nothing, so none could sign without keys."""
+    async with running(size=size) as pilot:
+
+        async def click(words: str) -> None:
+            rows = seen(pilot)
+            row = max(n for n, text in enumerate(rows) if words in text)
+            await pilot.click(offset=(rows[row].index(words) + len(words) // 2, row))
+            await settled(pilot)
+
+        await begin(pilot)
+        await press(pilot, "f5")
+        await click("Esc: cancel")
+        assert not isinstance(pilot.app.screen, Question)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        await click("^S Sign")
+        for _ in range(2):
+            pilot.app.focused.insert_text_at_cursor("correct horse")
+            await click("next field")
+        await click("Enter or Esc: close")  # the keys were made
+        assert "Signed and verified" in words(pilot, "#status")
