@@ -48,9 +48,10 @@ def which_unit(doubt: str) -> "Question":
 
 def pressed(words: str) -> Text:
     """Return the last line of a question, in which a click presses the key that is named before it."""
-    text, ends = Text(words), [each.start() for each in _NAMED.finditer(words)][1:] + [len(words)]
-    for named, end in zip(_NAMED.finditer(words), ends, strict=True):
-        text.stylize(Style.from_meta({"@click": f"app.simulate_key('{_KEYS[named[1]]}')"}), named.start(), end)
+    text, named = Text(words), list(_NAMED.finditer(words))
+    for n, one in enumerate(named):
+        end = named[n + 1].start() if n + 1 < len(named) else len(words)
+        text.stylize(Style.from_meta({"@click": f"app.simulate_key('{_KEYS[one[1]]}')"}), one.start(), end)
     return text
 
 
