@@ -31,7 +31,7 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
         assert len({row[2].index("±") for row in rows if "±" in row[2]}) == 1
         if size[0] >= 120:
             assert "Ann  APA-02 ACCEPTED" in seen
-            assert " ^S  Sign and verify" in seen
+            assert "^S Sign and verify" in seen
 
 
 async def test_a_gauge_gives_way_before_a_verdict() -> None:
