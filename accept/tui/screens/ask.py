@@ -1,10 +1,12 @@
 """In front of the screen: a question of one or more lines, a choice, and the page behind F1."""
 
 import asyncio
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, TypeVar, cast
 
+from rich.style import Style
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -19,6 +21,8 @@ from accept.tui.widgets.text_entry import TextEntry
 from accept.workflow.entry.shift import NOT_TAKEN
 
 NUMBERS = "123456789"  # keys of a choice
+_KEYS = {"Enter": "enter", "Esc": "escape", "F10": "f10"}
+_NAMED = re.compile(r"(Enter|Esc|F10)\b[^:]*: ")
 Check = Callable[[int, list[str]], str]
 T = TypeVar("T")
 
@@ -40,6 +44,15 @@ def required(words: str) -> Check:
 def which_unit(doubt: str) -> "Question":
     """Return the question for the serial of a unit that may be another one. doubt: why."""
     return Question("Which unit is it?", doubt, [QuestionLine("Serial number on its label")])
+
+
+def pressed(words: str) -> Text:
+    """Return the last line of a question, in which a click presses the key that is named before it."""
+    text, named = Text(words), list(_NAMED.finditer(words))
+    for n, one in enumerate(named):
+        end = named[n + 1].start() if n + 1 < len(named) else len(words)
+        text.stylize(Style.from_meta({"@click": f"app.simulate_key('{_KEYS[one[1]]}')"}), one.start(), end)
+    return text
 
 
 class InFront(ModalScreen[T | None]):
@@ -103,7 +116,7 @@ class Question(InFront[list[str]]):
             yield TextEntry(line.value, secret=line.secret)
         yield Label("", id="wrong", classes="bad", markup=False)
         way = "next field, then confirm" if len(self._lines) > 1 else "confirm"
-        yield Label(f"Enter: {way}    Esc: cancel", classes="quiet")
+        yield Label(pressed(f"Enter: {way}    Esc: cancel"), classes="quiet keys")
 
     async def action_next(self) -> None:
         fields = list(self.query(Input))
@@ -162,7 +175,7 @@ class Choice(InFront[int]):
     def asked(self) -> ComposeResult:
         numbered = [f"{n if n <= len(NUMBERS) else ' '}  {words}" for n, words in enumerate(self._options, 1)]
         yield OptionList(*(Hung(Text(words)) for words in numbered), markup=False, id="choices")
-        yield Label(f"Enter or its number: choose    Esc: {self._leave}", classes="quiet")
+        yield Label(pressed(f"Enter or its number: choose    Esc: {self._leave}"), classes="quiet keys")
 
     def on_mount(self) -> None:
         self.set_focus(self.query_one(OptionList))
@@ -194,7 +207,7 @@ class Help(ModalScreen[bool]):
             dialog.border_title = Content(self._title)
             yield Hanging(self._text)
             further = f"    F10: {self._further}" if self._further else ""
-            yield Static(f"\nEnter or Esc: close{further}", classes="quiet")
+            yield Static(pressed(f"\nEnter or Esc: close{further}"), classes="quiet keys")
 
     def action_leave(self, further: bool = False) -> None:
         if self.is_current and (self._further or not further):

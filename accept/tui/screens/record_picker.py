@@ -95,8 +95,8 @@ class Pick(Working[Path | None]):
         if not self.alive:
             return
         table = self.query_one(DataTable)
-        for title, width in (("file", None), ("fits", 14), ("written", 16), ("size", 8)):
-            table.add_column(title, key=title, width=width)
+        for title in ("file", "fits", "written", "size"):
+            table.add_column(title, key=title, width=len(title))
         self.set_focus(table)
         self._open(self._folder)
         self.set_interval(1.0, lambda: self._again() if self.ready.is_set() else None)
@@ -135,17 +135,17 @@ class Pick(Working[Path | None]):
         files = [entry for entry in listing.files if part in entry.name.lower()]
         names = [f"{entry.name}{'' if entry.name in self._first else '  ← new'}" for entry in files]
         folders = [f"{name}/" for name in ("..", *listing.folders) if part in name.lower()]
-        column = table.ordered_columns[0]  # left to itself it shows cut names until the program has nothing to do
-        column.auto_width, column.width = False, max(map(len, ("file", *names, *folders)))
-        for name, entry in zip(names, files, strict=True):
-            fits = entry.fits and not entry.other
-            cells = (entry.other or "yes" if entry.fits else "no", age_words(entry.mtime, now), size_words(entry.size))
-            table.add_row(
-                Text(name, "" if fits else "dim"), *(Text(cell, "dim") for cell in cells), key=f"f:{entry.name}"
-            )
-        for folder in folders:
-            table.add_row(Text(folder), Text("folder", "dim"), "", "", key=f"d:{folder[:-1]}")
-        keys = [str(row.value) for row in table.rows]
+        rows = [
+            (name, entry.other or "yes" if entry.fits else "no", age_words(entry.mtime, now), size_words(entry.size))
+            for name, entry in zip(names, files, strict=True)
+        ]
+        rows += [(folder, "folder", "", "") for folder in folders]
+        for n, column in enumerate(table.ordered_columns):  # left to itself it is cut until there is nothing to do
+            column.width = max(len(str(column.label)), *(len(row[n]) for row in rows))
+        clear = [entry.fits and not entry.other for entry in files] + [True] * len(folders)
+        keys = [*(f"f:{entry.name}" for entry in files), *(f"d:{folder[:-1]}" for folder in folders)]
+        for row, is_clear, key in zip(rows, clear, keys, strict=True):
+            table.add_row(Text(row[0], "" if is_clear else "dim"), *(Text(cell, "dim") for cell in row[1:]), key=key)
         table.move_cursor(row=keys.index(before) if before in keys else 0)
         self._placed = table.cursor_row
 

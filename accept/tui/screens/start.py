@@ -235,6 +235,7 @@ class StartScreen(Working[Begin | None]):
         if d.queue is not None:
             entitle(self.query_one("#list"), d.queue.title, str(len(d.units)))
         words = f"{d.value('serial')}: nothing is measured yet" if d.begins else "No unit is chosen"
+        self.query_one(UnitCard).display = not d.nothing  # the list has its room
         self.query_one(UnitCard).show(d.here if d.adds else d.meant, words)
 
     def on_resize(self) -> None:

@@ -1,7 +1,9 @@
 """The end of a unit: renders its dialogue, passes on keys and executes effects; what they mean is decided there."""
 
 import asyncio
+import math
 import os
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -30,6 +32,8 @@ from accept.tui.widgets.findings import note_line
 from accept.tui.widgets.hanging import Hanging
 from accept.tui.widgets.key_row import KeyRow
 from accept.tui.widgets.limit_bar import LimitBar, after_number, blocks, limits, numbers, usual_words
+from accept.tui.widgets.pictures import first_pictures, show_in
+from accept.tui.widgets.plot import has_room
 from accept.tui.widgets.step_list import HELD, WIDE_FROM, UnitBar, held_words, where_held
 from accept.workflow.bench import Workbench
 from accept.workflow.dialogue import summary as dialogue
@@ -46,8 +50,9 @@ _BETWEEN_BELLS_S = 0.4
 _NO_RESULT = "no\N{NO-BREAK SPACE}result"  # not broken at the end of a line
 _LIMITS = "Limits"
 _COLUMNS = "", "Quantity", "Value ± U", _LIMITS, "Verdict"
-_SHORTEST_GAUGE, _LONGEST_GAUGE = 8, 80
+_SHORTEST_GAUGE, _LONGEST_GAUGE = 6, 80
 _MARK = 3  # columns of the marks
+_PICTURES = 6  # beside and below each other
 
 
 class Summary(Scanning):
@@ -90,10 +95,11 @@ class Summary(Scanning):
             yield Hanging("Evaluating …", id="verdict")
         with Horizontal(id="whole"):
             with Vertical(id="judged"):
-                with Card(title="Findings", id="found"):
+                with Card(title="Findings", id="found", fit=self._fit):
                     yield DataTable(id="findings", cursor_type="row", cell_padding=0)
                     with VerticalScroll(id="why", can_focus=False):
                         yield Static("", id="detail", markup=False)
+                yield Vertical(id="drawn", classes="nothing")
                 with VerticalScroll(id="noted", classes="card", can_focus=False):
                     yield Static("", id="typed", markup=False)
             with Vertical(id="signed"):
@@ -247,12 +253,13 @@ class Summary(Scanning):
             self._shown = d.facts.result
             self._show_result(d.facts.result)
         self._show_ticks()
-        words, page = d.certificate_words, d.facts.certificate
+        shown, words, page = self.query_one("#certificate", Static), d.certificate_words, d.facts.certificate
         if page is not None:
-            if self.app.size.width >= WIDE_FROM:  # in a narrow card, where its name would be broken
-                words = words.replace(str(page), f"{Path(page).name}\nin {Path(page).parent}")
+            within = folded(f"in {Path(page).parent}", self.query_one("#paper").size.width)
+            fits = self.app.size.width < WIDE_FROM and len(f"Certificate: {page}") <= self.size.width
+            words = words if fits else words.replace(str(page), f"{Path(page).name}\n{within}")
             words += "\n^E: open it"
-        self.query_one("#certificate", Static).update(words)
+        shown.update(words)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
             self.query_one("#detail", Static).update(_detail(d))
@@ -269,6 +276,15 @@ class Summary(Scanning):
         notes.display, notes.border_subtitle = bool(d.notes), f"{len(d.notes)}, on the certificate"
         self.query_one("#typed", Static).update(note_line("\n".join(d.notes)))
         self._show_table(d.worst)
+        self.call_later(self._show_pictures)
+
+    async def _show_pictures(self) -> None:
+        """Show pictures of the unit below the table if there is room."""
+        panels = first_pictures(self.session, _PICTURES) if has_room(self.app.size) else ()
+        holder = self.query_one("#drawn", Vertical)
+        holder.set_class(not panels, "nothing")
+        holder.styles.grid_size_columns = math.ceil(len(panels) / 2) if len(panels) > 3 else max(1, len(panels))
+        await show_in(holder, panels)
 
     def _show_table(self, row: int) -> None:
         d, table = self.dialogue, self.query_one(DataTable)
@@ -302,9 +318,11 @@ class Summary(Scanning):
     async def on_data_table_row_highlighted(self, event: DataTable.RowHighlighted) -> None:
         await self.answer(dialogue.marked, event.cursor_row)
 
-    def on_resize(self) -> None:
-        if self.dialogue.facts.result is not None:  # gauges are as wide as there is room
-            self.call_after_refresh(self._show_table, max(0, self.dialogue.row))
+    def _fit(self) -> None:
+        """Show the result in another room: gauges are as wide as there is."""
+        if self._shown is not None:
+            self._show_table(max(0, self.dialogue.row))
+            self.call_later(self._show_pictures)
         self.call_after_refresh(self.refresh_bindings)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -360,6 +378,16 @@ def _value_words(f: Finding) -> str:
     if f.value is None:
         return "-"
     return numbers(f.value, f.U, f.unit) if f.U is not None else f"{f.value:.4g} ± ?{after_number(f.unit)}"
+
+
+def folded(path: str, width: int) -> str:
+    """Return a path in lines that end between its folders, as far as these fit."""
+    lines = [""]
+    for part in re.findall(r"[^/]*/?", path):
+        if lines[-1] and len(lines[-1]) + len(part) > width:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)
 
 
 def aligned(values: Sequence[str]) -> list[str]:

@@ -1,6 +1,6 @@
 """A region with a title in its border; how it stands is said behind the title."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rich.style import Style
 from rich.text import Text
@@ -35,14 +35,16 @@ def chip(cap: str, key: str, style: str = "reverse bold") -> Text:
 
 
 class Card(Vertical):
-    """Such a region around other parts."""
+    """Such a region around other parts. fit: what is done when it has another size, behind a question too."""
 
-    def __init__(self, *parts: Widget, title: str, id: str) -> None:
+    def __init__(self, *parts: Widget, title: str, id: str, fit: Callable[[], None] | None = None) -> None:
         super().__init__(*parts, id=id, classes="card")
-        self.border_title = title
+        self.border_title, self._fit = title, fit
 
     def on_resize(self) -> None:
         self.refresh()  # the library keeps rows that were drawn for another height, and with them no lower border
+        if self._fit is not None:
+            self._fit()
 
 
 def put(shown: Static, content: Text | str) -> None:

@@ -59,6 +59,18 @@ def units_before(session: Session, step: WorkflowStep) -> Sequence[Panel]:
     return panels
 
 
+def first_pictures(session: Session, most: int) -> Sequence[Panel]:
+    """Return a picture of each step, at most so many: those of steps that did not pass are left out last."""
+    found = []
+    for n, step in enumerate(session.steps):
+        panels = [*pictures_of(session, step).values(), *units_before(session, step)]
+        judgement = session.judgements.of_step(step.name)
+        if panels and judgement is not None:
+            passed = all(f.verdict is Verdict.PASS for f in judgement.findings)
+            found.append((passed, n, panels[0]))
+    return [panel for _, _, panel in sorted(sorted(found, key=lambda each: each[:2])[:most], key=lambda each: each[1])]
+
+
 async def show_in(holder: Widget, panels: Sequence[Panel]) -> None:
     """Show panels in a part of the screen, in the views that it has already as far as these go."""
     views = list(holder.query(PanelView))

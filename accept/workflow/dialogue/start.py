@@ -104,9 +104,9 @@ def opened(d: StartDialogue, bench: BenchKinds, proposed: Proposed) -> Turn:
     return turn.then(_look)
 
 
-def nothing_came(d: StartDialogue, _: str) -> Turn:
-    """Answer what waited for the bench or for a look; the foot has the reason."""
-    return Turn(replace(d, opens=False, looks=False))
+def nothing_came(d: StartDialogue, why: str) -> Turn:
+    """Answer what waited for the bench or for a look; the foot has the reason, which is said again without a bench."""
+    return Turn(replace(d, opens=False, looks=False, failure=why))
 
 
 def no_list(d: StartDialogue, _: str) -> Turn:
@@ -234,7 +234,8 @@ def _begin(d: StartDialogue, reason: str | None = None) -> Turn:
     """Begin or go on with a unit, or say what is missing. Keys that follow belong to its steps, and wait until it is
     open. reason: of a new attempt; None goes on with the present one if it exists."""
     if d.bench is None:
-        return say(d, "The bench could not be opened. Esc, Esc: end the program", "bad")
+        why = d.failure or "The bench could not be opened"
+        return say(d, f"{why}. Esc, Esc: end the program", "bad")
     operator, unit = d.value("operator"), d.meant
     serial, kind = (d.value("serial"), d.value("kind")) if unit is None else (unit.serial, unit.kind)
     if d.name_problem:

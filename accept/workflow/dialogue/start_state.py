@@ -46,6 +46,7 @@ class StartDialogue:
     problem: str = ""
     bench: BenchKinds | None = None
     opens: bool = True
+    failure: str = ""  # why the bench could not be opened
     looks: bool = False
     known: "KnownUnit | None" = None
     key_problem: str = ""

@@ -123,7 +123,7 @@ def _give(d: StepDialogue, n: int, text: str, repeat: bool = False, sure: bool =
         d = d.with_line(n, text=d.lines[n].text or text, refusal=f"✗ {e}", doubted=None)
         is_serial = not place.is_file and text[:1].isalpha() and text[-1:].isdigit()
         unit = ". A new unit? Esc, then scan it" if is_serial else ""
-        given = _say(d, f"{place.name}: {e}{unit}", "bad", Common.BELL, do.ReturnLater(place.key))
+        given = _say(d, f"{place.name}: not saved. Type it again{unit}", "bad", Common.BELL, do.ReturnLater(place.key))
     return given.then(_go_on, n)
 
 

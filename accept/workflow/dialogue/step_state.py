@@ -311,7 +311,7 @@ class StepDialogue:
         if self.cursor is None:
             return self.complete_words if self.complete or self.step.derived else "↑ ↓: choose a field"
         place, first = self.lines[self.cursor].place, self.put_right_first
-        optional = not is_needed(place.declared) and not place.among_optional
+        optional = self.leaves_out(place) and not place.among_optional
         if self.has(self.cursor):
             repeats = "" if place.is_file else ", F4 repeats it"
             words = f"{place.name} is saved. What is given now replaces it{repeats}"
@@ -331,7 +331,7 @@ class StepDialogue:
             words = f"{'F3: measure, ' if self.facts.records else ''}F2: choose the file"
         else:
             words = f"F3: take {offer}, or type it{SAVES}" if offer else f"Type the value{SAVES}"
-        if proposed is None and (optional or (place.among_optional and self.complete)):
+        if proposed is None and self.leaves_out(place):
             without = "go on without it" if place.default is None else f"keep {place.default:g} {place.unit}"
             words = f"{words.replace(SAVES, '')}. Enter: {without}"
         return f"Optional: {place.name}. {words}" if optional else words
@@ -362,6 +362,10 @@ class StepDialogue:
         own = {"f3": "Compare"} if self.step.derived else {}
         return {"enter": self.enter_label, **own, **({"escape": "Stop"} if self.stoppable else {})}
 
+    def leaves_out(self, place: FieldPlace) -> bool:
+        """Return whether Enter goes on without this value."""
+        return self.complete if place.among_optional else not is_needed(place.declared)
+
     @property
     def main_key(self) -> str:
         """Return the key that is meant to be pressed next."""
@@ -373,8 +377,9 @@ class StepDialogue:
         if place is not None and self.cursor is not None and not self.lines[self.cursor].text.strip():
             if self.has(self.cursor) or self.file(self.cursor) is not None or self.dispensable:
                 return "enter"
-            if place.is_file:
-                dead = self.facts.training and self.reason(self.cursor)[1] == "refused"  # a file as it was is no help
+            refused = self.reason(self.cursor)[1] == "refused"
+            if place.is_file and (refused or not self.leaves_out(place)):
+                dead = self.facts.training and refused  # a file as it was is no help
                 return "ctrl+r" if dead else "f3" if self.facts.records else "f2"
             return "f3" if place.key in self.facts.offers else "enter"
         if self.put_right_first and not self.step.derived and self.cursor is None:

@@ -103,7 +103,8 @@ class UnitsTable(PointedTable):
         steps = max((len(unit.marks) for unit in units), default=0)
         widths = {"Kind": longest([unit.kind for unit in units], _KIND), "Since": _SINCE}
         widths["Steps"] = max(len("Steps "), steps * (2 if self.app.size.width >= _FROM_ROOMY else 1) + 1)
-        left = self.scrollable_content_region.width - sum(widths.values())
+        room = self.scrollable_content_region.width or self.app.size.width // 2  # before it is laid out
+        left = room - sum(widths.values())
         widths["Serial"] = min(longest([unit.serial for unit in units], len("Serial ")), max(left - _WHO, 8))
         left -= widths["Serial"]
         who = longest([unit.last_by for unit in units], len("Who "))

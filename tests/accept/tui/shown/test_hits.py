@@ -50,6 +50,13 @@ def test_bars_are_as_high_as_the_forces() -> None:
     assert [bars[2 * n] for n in range(3)] == ["▂", "▅", "█"]
 
 
+def test_bars_of_a_large_terminal_are_wide_below_their_marks() -> None:
+    _, marks, *bars = hits_text(HitsSoFar(GOOD, False, 3, NAN), 12, 7).plain.split("\n")[:14]
+    assert [marks[7 * n] for n in range(3)] == ["✓", "✓", "○"]
+    assert bars[-1].startswith("██████ ██████ ")
+    assert bars[0].startswith("       ██")  # the higher one
+
+
 def test_the_cue_is_what_is_to_be_done_at_this_moment() -> None:
     assert cue_of(HitsSoFar((), False, 5, NAN)) == HIT
     assert cue_of(HitsSoFar(GOOD, True, 5, NAN)) == WAIT
@@ -63,7 +70,7 @@ def test_the_response_is_that_of_the_band_and_there_is_none_of_one_hit() -> None
     assert line.x[np.argmax(line.y)] == 414.0
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 36)], ids=str)
+@pytest.mark.parametrize("size", [(80, 24), (120, 36), (200, 60)], ids=str)
 async def test_hit_now_stays_in_sight_with_the_hits_and_where_to_hit(
     size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -91,7 +98,7 @@ async def test_hit_now_stays_in_sight_with_the_hits_and_where_to_hit(
         rows = seen(pilot)
         assert sum(HIT in row for row in rows) == 1
         cue = pilot.app.screen.query_one("#cue", Static)
-        assert cue.size.height == 3  # and as wide as its card
+        assert cue.size.height == (3 if size[1] < 32 else 7)  # red before at 60 rows: 3; and as wide as its card
         assert "now" in cue.classes
         text = "\n".join(rows)
         assert all(words in text for words in ("✓ ✗ ✓ ○", "2 good, 8 to go", "106 N", "0.989", "8 more hits"))

@@ -7,6 +7,7 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 from textual.pilot import Pilot
+from textual.widget import Widget
 from textual.widgets import DataTable
 
 from accept.tui.screens.ask import Choice, Question
@@ -122,7 +123,9 @@ async def test_every_card_of_the_first_screen_has_its_lower_border() -> None:
     """Red before: what was drawn for another height stayed."""
     async with running(size=ROOM, given=Given("")) as pilot:
         rows = seen(pilot)
-        for card in pilot.app.screen.query(".card"):
+        for card in pilot.app.screen.query(".card").results(Widget):
+            if not card.display:
+                continue
             assert rows[card.region.bottom - 1][card.region.x] == "╰", card.id
 
 
@@ -262,3 +265,49 @@ async def test_what_was_not_measured_is_called_so_on_the_first_screen() -> None:
         card = next(row for row in seen(pilot) if "Flatness, half" in row)
         assert "· Flatness" in card
         assert "not done" in card
+
+
+async def test_the_list_of_files_is_whole_on_a_small_terminal(tmp_path: Path) -> None:
+    """Red before: of the sizes the unit was cut."""
+    hammer_record(tmp_path / "add_mass_closed_circuit.mat", 1)
+    async with running(loader("apa", tmp_path), (80, 24)) as pilot:
+        await to_hammer(pilot)
+        await press(pilot, "f2")
+        table = pilot.app.screen.query_one("#files", DataTable)
+        assert table.virtual_size.width <= table.size.width
+        row = next(row for row in seen(pilot) if "add_mass_closed" in row)
+        assert row.split("│")[1].split()[-2:] == ["98.7", "kB"]
+
+
+async def test_without_units_the_list_has_the_room_of_the_unit() -> None:
+    async with running(size=(200, 60), given=Given("Ann")) as pilot:
+        assert not pilot.app.screen.query_one("#unit-card").display
+    async with running(size=(200, 60)) as pilot:
+        await begin(pilot)
+        await press(pilot, "escape")
+        assert pilot.app.screen.query_one("#unit-card").display
+
+
+@pytest.mark.parametrize("size", [(80, 24), ROOM, (200, 60)], ids=str)
+async def test_a_question_is_answered_with_the_mouse(size: tuple[int, int]) -> None:
+    """Red before: a click on `Enter: confirm` or `Esc: close` did nothing, so none could sign without keys."""
+    async with running(size=size) as pilot:
+
+        async def click(words: str) -> None:
+            rows = seen(pilot)
+            row = max(n for n, text in enumerate(rows) if words in text)
+            await pilot.click(offset=(rows[row].index(words) + len(words) // 2, row))
+            await settled(pilot)
+
+        await begin(pilot)
+        await press(pilot, "f5")
+        await click("Esc: cancel")
+        assert not isinstance(pilot.app.screen, Question)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        await click("^S Sign")
+        for _ in range(2):
+            pilot.app.focused.insert_text_at_cursor("correct horse")
+            await click("next field")
+        await click("Enter or Esc: close")  # the keys were made
+        assert "Signed and verified" in words(pilot, "#status")

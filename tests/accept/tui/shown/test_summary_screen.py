@@ -1,5 +1,6 @@
 """The summary: gauges in one table, the signature and the certificate beside it, its page behind a key."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,8 +9,10 @@ from textual.widgets import DataTable
 from accept.tui.background.viewer import viewer
 from accept.tui.screens import summary
 from accept.tui.screens.ask import Question
-from accept.tui.screens.summary import aligned
+from accept.tui.screens.summary import aligned, folded
 from accept.tui.widgets.limit_bar import LIMIT, VALUE
+from accept.tui.widgets.plot import PanelView
+from checks.verdict import Verdict
 from tests.accept.tui.tui_help import begin, fill_values, loader, press, running, settled, sign_first, words
 
 
@@ -28,7 +31,7 @@ async def test_every_finding_has_its_gauge_and_no_cell_is_cut(size: tuple[int, i
         assert len({row[2].index("±") for row in rows if "±" in row[2]}) == 1
         if size[0] >= 120:
             assert "Ann  APA-02 ACCEPTED" in seen
-            assert " ^S  Sign and verify" in seen
+            assert "^S Sign and verify" in seen
 
 
 async def test_a_gauge_gives_way_before_a_verdict() -> None:
@@ -129,3 +132,67 @@ def test_a_page_is_shown_where_somebody_sees_it(tmp_path: Path) -> None:
     assert viewer({"PATH": str(tmp_path)}, "linux") == ()  # no desktop
     assert viewer({"PATH": "", "DISPLAY": ":0"}, "linux") == ()  # none that opens files
     assert viewer({}, "darwin") == ("open",)
+
+
+async def test_every_finding_has_its_gauge_beside_the_longest_verdict() -> None:
+    """Red before: of a conditional unit no gauge was drawn at 120 columns."""
+    async with running(size=(120, 36)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        screen = pilot.app.screen
+        facts = screen.dialogue.facts
+        first, second, *others = facts.result.findings
+        findings = (
+            replace(first, value=0.39733, U=0.000096, verdict=Verdict.CONDITIONAL),
+            replace(second, value=278.691, U=0.056, verdict=Verdict.CONDITIONAL),
+            *others,
+        )
+        screen.dialogue = replace(
+            screen.dialogue, facts=replace(facts, result=replace(facts.result, findings=findings))
+        )
+        screen._show_table(0)
+        table = screen.query_one("#findings", DataTable)
+        rows = [[str(cell) for cell in table.get_row_at(n)] for n in range(table.row_count)]
+        assert rows[0][-1] == "conditional"
+        assert all(len(row) == 5 and LIMIT in row[3] for row in rows)
+
+
+async def test_a_table_behind_a_question_is_as_wide_as_its_card() -> None:
+    """Red before: it kept the widths of the terminal before."""
+    async with running(size=(200, 60)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9", "ctrl+s")
+        below = pilot.app.screen_stack[-2]
+        for size in ((120, 36), (80, 24), (120, 36)):
+            await pilot.resize_terminal(*size)
+            await settled(pilot)
+            room = below.query_one("#found").size.width
+            assert room - 3 <= below.query_one("#findings").virtual_size.width <= room
+
+
+async def test_a_large_summary_has_the_pictures_of_the_unit() -> None:
+    """Red before: two thirds of it were empty. An arrow draws none of them anew."""
+    async with running(size=(200, 60)) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        (picture,) = pilot.app.screen.query(PanelView)  # typed values have no others
+        assert picture.display
+        assert picture.size.height > 20
+        await press(pilot, "down")
+        assert pilot.app.screen.query_one(PanelView) is picture
+        await pilot.resize_terminal(*(120, 36))
+        await settled(pilot)
+        assert not pilot.app.screen.query(PanelView)
+
+
+@pytest.mark.parametrize(("path", "lines"), [
+    ("in /tmp/training/certificates", ["in /tmp/training/", "certificates"]),
+    ("in /a/b", ["in /a/b"]),
+    ("in /a-folder-that-is-longer-than-this/b", ["in /", "a-folder-that-is-longer-than-this/", "b"]),
+])  # fmt: skip
+def test_a_path_is_broken_between_its_folders(path: str, lines: list[str]) -> None:
+    """Red before: `/training/certificat` and `es`."""
+    assert folded(path, 20).split("\n") == lines

@@ -1,5 +1,6 @@
 """What the screens of a step promise, cell by cell: the room is used, a key has one label, an arrow sends little."""
 
+import asyncio
 import itertools
 import time
 from collections import defaultdict
@@ -10,8 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.text import Text
-from textual._compositor import CompositorUpdate
+from textual._compositor import ChopsUpdate, CompositorUpdate
+from textual.app import App, ComposeResult
 from textual.binding import Binding
+from textual.containers import VerticalScroll
 from textual.css.stylesheet import Stylesheet
 from textual.dom import DOMNode
 from textual.geometry import Region
@@ -19,10 +22,11 @@ from textual.pilot import Pilot
 from textual.screen import Screen
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import Label
+from textual.widgets import Label, Static
 
 from accept.tui.app import BenchApp
 from accept.tui.background.busy_screen import Working
+from accept.tui.background.partial_draw import PartialDraw
 from accept.tui.background.scanning import Scanning
 from accept.tui.screens.ask import Choice, Help, Question
 from accept.tui.screens.gap import Explain
@@ -43,7 +47,18 @@ from accept.workflow.instruments.port import Look
 from checks.declare import Measured
 from checks.picture import Band, Line, Panel
 from specs.spec import Limit
-from tests.accept.tui.tui_help import HEIGHTS, begin, fill_values, loader, press, running, settled, type_line, words
+from tests.accept.tui.tui_help import (
+    HEIGHTS,
+    at_rest,
+    begin,
+    fill_values,
+    loader,
+    press,
+    running,
+    settled,
+    type_line,
+    words,
+)
 from tests.hw.instruments.fake_instrument import Fake
 
 METER = Followed("meter", "sensor stack", "uF", Limit(lower=4.4, upper=5.5, unit="uF", rule="guarded", source="test"))
@@ -214,6 +229,41 @@ async def test_a_look_at_an_instrument_draws_the_rows_that_changed_and_no_others
     digits, course, bar, take_it = 3, 1, 2, 1  # rows of one value
     assert 0 < len(folded) <= digits + course + bar + take_it
     assert sum(taken) < 2 * SIZE[1]  # 261 where all rows of all parts are taken
+
+
+class Rows(App[None]):
+    """A text that grows above others, of which some are out of sight."""
+
+    CSS = "#room { height: 1fr; }"
+
+    def compose(self) -> ComposeResult:
+        yield Static("head")
+        yield VerticalScroll(Static("one", id="grows"), *(Static(f"row {n}") for n in range(30)), id="room")
+
+    def get_default_screen(self) -> Screen[None]:
+        screen = Screen[None]()
+        screen._compositor = PartialDraw()
+        return screen
+
+
+async def test_what_moved_is_drawn_although_its_place_was_asked_for_before_it_was_laid_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Red before: a result of four rows stood upon the first lines of the records below it. Once the screen had been
+    scrolled, a line out of sight that changed meanwhile (the age of a record) had the places found anew."""
+    sent: list[ChopsUpdate] = []
+    async with Rows().run_test(size=(20, 10)) as pilot:
+        room = pilot.app.screen.query_one("#room")
+        for y in (2, 0):
+            room.scroll_to(y=y, animate=False, immediate=True)
+            await at_rest(pilot)
+        monkeypatch.setattr(Rows, "_display", lambda _, __, update: sent.append(update))
+        pilot.app.screen.query_one("#grows", Static).update("one\ntwo\nthree")
+        while not pilot.app.screen._layout_required:
+            await asyncio.sleep(0)
+        pilot.app.screen.query(Static).last().update("changed", layout=False)
+        await at_rest(pilot)
+    assert {y for y, *_ in sent[0].spans} == set(range(1, 10))
 
 
 def test_a_plot_of_a_long_record_is_drawn_between_two_keys() -> None:

@@ -50,7 +50,8 @@ class TestOpening:
     def test_a_bench_that_does_not_open_begins_nothing(self):
         d = dialogue.nothing_came(dialogue.opening({"operator": "Ann", "serial": "APA-01"}).state, "locked").state
         refused = dialogue.press(d, "enter")
-        assert "could not be opened" in dialogue.recognized(refused.state, *refused.effects, None).words.text
+        said = dialogue.recognized(refused.state, *refused.effects, None).words.text
+        assert said == "locked. Esc, Esc: end the program"  # red before: the reason was gone after a key
 
 
 class TestSerial:

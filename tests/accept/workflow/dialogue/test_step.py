@@ -72,7 +72,8 @@ class TestEntries:
     def test_what_is_refused_in_the_only_line_is_replaced_by_what_is_typed_next(self):
         with at_step("stroke") as at:
             at.types("abc")
-            assert "is not a number" in at.said
+            assert "is not a number" in at.d.reason(0)[0]
+            assert at.said == "stroke of the three stacks: not saved. Type it again"  # why is said once, below the line
             at.types("365")
             assert at.values() == [365]
 
@@ -82,7 +83,8 @@ class TestEntries:
             at.types("9.85")
             at.d = replace(at.d, cursor=None)
             at.press("enter")
-            assert "V" in at.said
+            assert at.said.startswith("sensor stack: not saved")
+            assert "V" in at.d.reason(0)[0]
             assert not at.asked
 
     def test_a_slip_of_the_point_is_asked_about_and_kept_only_when_confirmed(self):
@@ -169,13 +171,13 @@ class TestEntries:
             for value in ("0", "-2.5 um"):  # a value with its unit is one
                 at.types(value)
             at.types("28 43 40 25")
-            assert "4 values; enter all 8" in at.said
+            assert "4 values; enter all 8" in at.d.reason(2)[0]
             assert at.values() == [0.0, -2.5]
 
     def test_pasted_lines_in_a_line_of_one_value_are_refused(self):
         with at_step("capacitance") as at:
             at.types("4.99 9.85")
-            assert "is not a number" in at.said
+            assert "is not a number" in at.d.reason(0)[0]
             assert not at.values()
 
     def test_enter_stays_at_a_required_value_and_the_next_value_is_its_own(self):
@@ -279,6 +281,14 @@ class TestWords:
                 assert "Measuring. Esc stops it" in at.said
                 assert not at.asked
             assert (at.d.main_key, at.d.called["escape"]) == ("escape", "Stop")
+
+    def test_the_main_key_at_what_is_optional_goes_on_without_it(self):
+        """Red before: it opened the list of files, of which none fits."""
+        with at_step("frf", "strut", serial="ST-01") as at:
+            assert at.d.main_key == "f2"
+            at.stands_at("first")
+            assert "Enter: go on without it" in at.said
+            assert at.d.main_key == "enter"
 
     def test_what_a_capture_says_stays_beside_the_judgement_that_follows(self):
         """Red before: it stood at the foot, where the judgement took its place at once."""
