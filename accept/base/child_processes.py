@@ -21,9 +21,8 @@ from accept.base.loading import SAFE_PATH, import_nothing_from_here
 from specs.errors import AcceptError
 
 T = TypeVar("T")
-KEPT: list[Callable[..., Any]] = []  # what asks a process that was kept; the last one is asked
 
-BUSY = 8  # times as long may it take where others compute too
+_BUSY = 8  # times as long may it take where others compute too
 # Names of variables that hold one. The windows of `accept run --web` open the store, whose password they need.
 _PASSPHRASE = re.compile("PASSPHRASE")
 _SECRET = re.compile(
@@ -79,39 +78,28 @@ def bounded(work: Callable[..., T], *given: Any, seconds: float, gigabytes: floa
     """Return the result of a module's function, or raise its error, from a process of its own. The process is ended
     after so many seconds of computing (Windows: of waiting), and on Linux gets no more memory than given.
 
-    Linux forks this process, in some milliseconds; elsewhere a new one starts, unless one is kept. Raises Exhausted."""
-    call = (work, given, seconds, gigabytes)
-    try:
-        what, error = KEPT[-1](*call) if KEPT else _answered_once(*call)
-    except EOFError:
-        raise Exhausted(f"takes more than {seconds:g} s or {gigabytes:g} GB of memory") from None
-    if error is not None:
-        raise error
-    answer: T = what
-    return answer
-
-
-def _answered_once(work: Callable[..., Any], given: tuple[Any, ...], seconds: float, gigabytes: float) -> Any:
+    Linux forks this process, in some milliseconds; elsewhere a new one starts. Raises Exhausted."""
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else _Spawn()
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(sender, seconds, gigabytes, work, given))
-    start(process)
+    with warnings.catch_warnings():  # a copy has none of the other threads, and waits for none of them
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
     sender.close()
     try:
-        if not receiver.poll(seconds * (BUSY if sys.platform != "win32" else 1)):
+        if not receiver.poll(seconds * (_BUSY if sys.platform != "win32" else 1)):
             raise EOFError
-        return receiver.recv()
+        what, error = receiver.recv()
+    except EOFError:
+        raise Exhausted(f"takes more than {seconds:g} s or {gigabytes:g} GB of memory") from None
     finally:
         process.kill()
         process.join()
         receiver.close()
-
-
-def start(process: Any) -> None:
-    """Start a process of a context."""
-    with warnings.catch_warnings():  # a copy has none of the other threads, and waits for none of them
-        warnings.simplefilter("ignore", DeprecationWarning)
-        process.start()
+    if error is not None:
+        raise error
+    answer: T = what
+    return answer
 
 
 def _answer(

@@ -53,7 +53,7 @@ def limit_memory(gigabytes: float) -> None:
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     set_already = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
     with suppress(ValueError, OSError):  # a container may forbid it: a worker without a limit judges all the same
-        resource.setrlimit(resource.RLIMIT_AS, (min([mapped() + int(gigabytes * 1e9), *set_already]), hard))
+        resource.setrlimit(resource.RLIMIT_AS, (min([_mapped() + int(gigabytes * 1e9), *set_already]), hard))
 
 
 def limit_time(seconds: float) -> None:
@@ -66,7 +66,7 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))  # equal: without a core file
 
 
-def mapped() -> int:
+def _mapped() -> int:
     """Return the address space in use [bytes]; only Linux reports it."""
     try:
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")

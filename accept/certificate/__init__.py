@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from accept.certificate.signature.timestamp import TSA_VARIABLE
     from accept.certificate.trust.provenance import amended, ends_before
     from accept.certificate.verify.against_list import trusted_lists
-    from accept.certificate.verify.kept_child import keep_child, kept_child
     from accept.certificate.verify.lists_beside import ListsBeside
     from accept.certificate.verify.rejudge import (
         at_bench,

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -22,8 +21,6 @@ from accept.certificate import (
     Validity,
     Verification,
     at_bench,
-    keep_child,
-    kept_child,
     ports,
     read_certificate,
     rejudge,
@@ -147,14 +144,12 @@ def verified(
     """Yield the files among paths and every PDF in the folders among them, each once, in the order of their names in a
     folder, with its bytes and its verification. One that cannot be read is not valid: the others are looked at. Raises
     CertificatesMissing for a folder without any, before the first."""
-    with ExitStack() as kept:
-        for nth, path in enumerate(_files(paths)):
-            if nth == 1:
-                keep_loaded()
-                kept.enter_context(kept_child())
-            with busy(f"{path.name}: judging again"):
-                found = _read_and_verified(path, verify)
-            yield path, *found
+    for nth, path in enumerate(_files(paths)):
+        if nth == 1:
+            keep_loaded()
+        with busy(f"{path.name}: judging again"):
+            found = _read_and_verified(path, verify)
+        yield path, *found
 
 
 def _files(paths: Sequence[Path]) -> list[Path]:
@@ -189,7 +184,6 @@ class _Certificate:
         _, report = _read_and_verified(self.path, verify)
         if is_first:
             keep_loaded()
-            keep_child()
         return report
 
 

@@ -1,13 +1,12 @@
 """The typeface of a certificate: DejaVu, embedded: PDF's own fonts lack the ≤, the Ω and half of Europe."""
 
-import zlib
 from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
 from reportlab import rl_config
 from reportlab.graphics import shapes
-from reportlab.pdfbase import pdfdoc, pdfmetrics
+from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.platypus.tables import CellStyle
 
@@ -37,16 +36,10 @@ class _Typeface(TTFont):  # type: ignore[misc]  # reportlab has no types
         return 0.001 * size * float((self._kept if len(word) <= _SHORT else self._width)(word))
 
 
-def _packed(text: str | bytes) -> bytes:
-    return zlib.compress(text.encode() if isinstance(text, str) else text, 1)
-
-
 @cache
 def register() -> None:
-    """Register the typeface with reportlab, once, and let it write binary streams, as text they take most time, by the
-    fastest compression: it makes a certificate with its records half a percent larger."""
+    """Register the typeface with reportlab, once, and let it write binary streams: as text they take most time."""
     rl_config.useA85 = 0
-    pdfdoc.PDFZCompress.encode = _packed
     # Pages, drawings and cells of tables begin with these: Helvetica would be there, not embedded.
     rl_config.canvas_basefontname = shapes.STATE_DEFAULTS["fontName"] = CellStyle.fontname = REGULAR
     matplotlib = find_spec("matplotlib")  # its files are wanted, not its half second of loading
