@@ -1,6 +1,7 @@
 """Superelements from files: .mat with K, M and int_xyz, or the Ansys export (K and M as CSV, nodes as text)."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -9,39 +10,39 @@ import numpy as np
 
 from checks.arrays import Array
 from checks.errors import ModelError
-from checks.model import Nodes, Superelement, check_superelement, file_nodes
+from checks.model import Superelement, file_nodes
 from hw.records.source import SIGNATURE, USERBLOCK_BYTES
 from specs.files import read_bounded
 from specs.model import ModelSpec
 from specs.model_sections import ApaSuperelement, MatrixNames
 
-DEFAULT_NODES = Nodes()
 NAMES = MatrixNames()
 MAX_BYTES = 200_000_000  # of one file; the report's largest export is some 10 MB
 
 
-def read_superelement(path: Path, nodes: Nodes = DEFAULT_NODES, names: MatrixNames = NAMES) -> Superelement:
+def read_superelement(path: Path, names: MatrixNames = NAMES) -> Superelement:
     """Return the superelement from a .mat file that holds its matrices under these names, or from `NAME_K.CSV` with
     `NAME_M.CSV` and `NAME_out_nodes_3D.txt` beside it (the files of [STB] 7.3; `NAME_mat_K.CSV` goes with
     `NAME_out_nodes_3D.txt` too).
 
-    Raises ModelError naming the file if it is missing or unreadable, or if the matrices are not those of a free body.
+    Raises ModelError naming the file if it is missing or unreadable; the model that is built of the matrices checks
+    that they are those of a free body.
     """
     if path.suffix.lower() == ".mat":
         K, M, xyz = _mat(path, names)
     else:
         file_K, file_M, file_nodes = files_of(path)
         K, M, xyz = _table(file_K), _table(file_M), _interface_nodes(file_nodes)
-    return check_superelement(Superelement(K, M, xyz, nodes, name=path.name))
+    return Superelement(K, M, xyz, name=path.name)
 
 
 def matrices_of(spec: ModelSpec, folder: Path | None = None) -> Superelement | None:
-    """Return the checked superelement of a model file; None if it names none. folder: of its files, by default as the
-    model file states. Raises ModelError."""
+    """Return the superelement of a model file with its nodes; None if it names none. folder: of its files, by default
+    as the model file states. Raises ModelError."""
     if spec.apa_file is None or not isinstance(spec.apa, ApaSuperelement):
         return None
     file = spec.apa_file if folder is None else folder / spec.apa_file.name
-    return read_superelement(file, file_nodes(spec), spec.apa.names)
+    return replace(read_superelement(file, spec.apa.names), nodes=file_nodes(spec))
 
 
 def _mat(path: Path, names: MatrixNames) -> tuple[Array, Array, Array]:

@@ -171,6 +171,11 @@ class Spec(SpecDocument):
     text: str
 
     @property
+    def with_hash(self) -> str:
+        """Return name@sha256, as events and results state a spec."""
+        return f"{self.name}@{self.sha256}"
+
+    @property
     def instruments(self) -> dict[str, str]:
         return {name: check.instrument for name, check in self.checks.items() if check.instrument}
 

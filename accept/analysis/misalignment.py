@@ -12,7 +12,7 @@ from accept.units import UNIT_FILE, UnitError, UnitFolder
 from checks.cause import NoResult, Reason
 from checks.errors import RecordError
 from checks.fitting import F_HI, F_LO
-from checks.misalignment import RATIO_CHANNELS, SENSOR_CHANNELS, MisalignmentEstimate, estimate_misalignment
+from checks.misalignment import CHANNEL_SETS, MisalignmentEstimate, estimate_misalignment
 from checks.verdict import Verdict
 from specs.plugins import product_named
 
@@ -48,17 +48,18 @@ def estimate_or_reason(
 
 def _responses_of(unit: UnitFolder | Given) -> Responses:
     """Return the responses, with the sensor stack's if recorded: they help the fit."""
+    most, least = CHANNEL_SETS
     if isinstance(unit, Given):
-        found = responses_given(unit, 0.0, F_LO, F_HI, SENSOR_CHANNELS)
-        if missing := [c for c in RATIO_CHANNELS if c not in found.first.channels]:
+        found = responses_given(unit, 0.0, F_LO, F_HI, most)
+        if missing := [c for c in least if c not in found.first.channels]:
             raise RecordError(f"{found.serial}: lacks {' and '.join(missing)}; a misalignment shows in de over da")
         return found
     if why := product_named(unit.kind).absent.get("misalignment"):
         raise UnitError(unit.path / UNIT_FILE, [f"kind = '{unit.kind}': {why}, so de over da shows no misalignment"])
     try:
-        return responses(unit, channels=SENSOR_CHANNELS)
+        return responses(unit, channels=most)
     except RecordError:
-        return responses(unit, channels=RATIO_CHANNELS)
+        return responses(unit, channels=least)
 
 
 def as_document(serial: str, found: MisalignmentEstimate | Reason) -> MisalignmentDocument:

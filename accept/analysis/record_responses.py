@@ -17,7 +17,7 @@ from checks.cause import together
 from checks.errors import RecordError
 from checks.record import Record
 from checks.signals import Estimator, EstimatorSettings, RecordResponse
-from hw.records import frd_mat, frf_bytes, load_bytes, record_by_input, response_csv
+from hw.records import ResponseFile, load_bytes, record_by_input
 from specs.bench import ChannelSource, channel_map
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 UNITS = {"t": "s", "Va": "V", "Vs": "V", "V": "V", "de": "m", "da": "m", "d": "m", "Track1": "N", "Track2": "rad"}
 STEP = "Track1_X_Resolution"  # sampling time of files without a time vector
+ENDINGS = ".csv", ".mat", ".uff", ".json"  # of the files of a response
 
 
 OF_RECORDS = (Estimator.AUTO, Estimator.H1, Estimator.LPM)  # without hits to average over
@@ -82,10 +83,9 @@ class MeasuredResponse(RecordResponse):
         """Write the response: .csv with real and imaginary parts, .mat with the fields of a MATLAB frd object, .uff
         (data set 58) or .json; `read_response` reads each of them. Raises RecordError for another ending."""
         place = Path(file)
-        writers = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file, ".json": json_file}
-        if place.suffix.lower() not in writers:
-            raise RecordError(f"{place}: a response is written as {', '.join(writers)}")
-        place.write_bytes(writers[place.suffix.lower()](self))
+        if place.suffix.lower() not in ENDINGS:
+            raise RecordError(f"{place}: a response is written as {', '.join(ENDINGS)}")
+        place.write_bytes(file_bytes(self, place.suffix.lower()))
         return place
 
     def __repr__(self) -> str:
@@ -163,37 +163,26 @@ def _finite(values: Array) -> list[float | None]:
     return [v if math.isfinite(v) else None for v in values.tolist()]
 
 
-def universal_file(response: MeasuredResponse) -> bytes:
-    """Return the response as a universal file, data set 58, with coherence, variance and averages if they are known.
-
-    Raises RecordError if it has no usable bin."""
+def file_bytes(response: MeasuredResponse, ending: str) -> bytes:
+    """Return the usable bins as a file: ".csv", ".mat" with the fields of a MATLAB frd object, ".uff" (data set 58), or
+    ".json" with all bins as `accept frf --json` writes them. Raises RecordError if there is no usable bin."""
+    if ending == ".json":
+        return json.dumps({"responses": [to_json(response)]}, allow_nan=False).encode()
     frf, good = response.frf, response.frf.known
-    averages = float(np.min(frf.nu)) + 1.0 if np.isfinite(frf.nu).all() else None
-    more = (frf.coherence[good], frf.var[good], averages)
-    try:
-        return frf_bytes(frf.f[good], frf.H[good], frf.channels, frf.input, response.units, *more)
-    except ValueError as e:
-        raise RecordError(f"{response.title}: {e}") from e
-
-
-def table_file(response: MeasuredResponse) -> bytes:
-    """Return the response as CSV: f, real and imaginary part of each channel, coherence and, if known, variance."""
-    frf, good = response.frf, response.frf.known
-    more = {"coherence": frf.coherence[good], "var": frf.var[good]}
-    return response_csv(frf.f[good], frf.H[good], frf.channels, response.ratios, more)
-
-
-def matlab_file(response: MeasuredResponse) -> bytes:
-    """Return the response as a MATLAB file with a struct `response` of the fields of an frd object."""
-    frf, good = response.frf, response.frf.known
-    more = {"Coherence": frf.coherence[good].T, "Variance": frf.var[good].T, "Notes": " ".join(frf.notes)}
-    averages = {} if not np.isfinite(frf.nu).all() else {"Averages": float(np.min(frf.nu)) + 1.0}
-    return frd_mat(frf.f[good], frf.H[good], frf.channels, frf.input, response.units, {**more, **averages})
-
-
-def json_file(response: MeasuredResponse) -> bytes:
-    """Return the response as the JSON that `accept frf --json` writes."""
-    return json.dumps({"responses": [to_json(response)]}, allow_nan=False).encode()
+    usable = ResponseFile(
+        file=response.title,
+        sha256="",
+        f=frf.f[good],
+        H=frf.H[good],
+        channels=frf.channels,
+        input=frf.input,
+        units=response.units,
+        coherence=frf.coherence[good],
+        var=frf.var[good],
+        averages=float(np.min(frf.nu)) + 1.0 if np.isfinite(frf.nu).all() else None,
+        said=" ".join(frf.notes),
+    )
+    return usable.to_bytes(ending)
 
 
 def control_package() -> Any:

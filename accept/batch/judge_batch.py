@@ -208,7 +208,7 @@ def run(request: BatchRequest, store: Store, say: Say) -> BatchReport:
         batch = _Batch(request, roster, store, say)
         batch.enrol()
         check_room(roster.count(), request.cluster is not None)
-        names = {kind: f"{spec.name}@{spec.sha256}" for kind, spec in request.specs.items()}
+        names = {kind: spec.with_hash for kind, spec in request.specs.items()}
         started = store.write(BatchStarted(str(request.out), roster.count(), names), who=request.operator)
         batch.started = started.seq
         jobs: Iterator[JudgingOrder] | list[JudgingOrder] = batch.jobs()

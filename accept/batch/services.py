@@ -102,7 +102,7 @@ class JudgingServices:
     def _approval(self, spec: Spec) -> Approval | None:
         if spec.sha256 not in self._approvals:
             found = approved_at(self._store, spec, self._issuer.home)
-            self._approvals[spec.sha256] = found and Approval(f"{spec.name}@{spec.sha256}", *found)
+            self._approvals[spec.sha256] = found and Approval(spec.with_hash, *found)
         return self._approvals[spec.sha256]
 
     def amended(self, before: UnitState | None, result: UnitRecord) -> str:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Protocol
 
 from hw.errors import Implausible, SettingsError
-from hw.simulated import Stage, StageFile
+from hw.simulated import StageFile
+from specs.bench import STACK_V
 
 Ask = Callable[[str], str]
 NAMES = {
@@ -121,7 +122,7 @@ class StagedOperator:
         self._set(leads=group)
 
     def drive(self, stacks: str) -> None:
-        self._set(stacks=stacks, V=Stage().V)
+        self._set(stacks=stacks, V=STACK_V[0])
 
     def voltage(self, V: float) -> None:
         self._set(V=V)

@@ -11,14 +11,13 @@ from accept.base.atomic_files import write_atomic
 from accept.base.documents.results import UnitRecord
 from accept.certificate import events
 from accept.certificate.contents.content import CertificateContent
-from accept.certificate.contents.disposition import Disposition
 from accept.certificate.contents.provenance import Provenance
 from accept.certificate.trust.keys import Credential
 from accept.certificate.trust.provenance import numbers_of, provenance, signed_by_bench
 from accept.judging.reservations import decided
 from accept.store import TECHNICIAN, Event, Overtaken, SignedHead, Store, UnitState
 from accept.store.decisions import DISPOSITION, Signer, content_of, sign_decision
-from accept.store.payloads import Payload
+from accept.store.payloads import Disposition, Payload
 from specs.spec import Spec
 
 

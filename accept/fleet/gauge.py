@@ -15,21 +15,21 @@ from accept.fleet.yields import bars, row_panel
 from checks.arrays import Array
 from checks.errors import RecordError
 from checks.picture import Line, Mark, Panel, Text
-from hw.records import ReadLimits, load_bytes, read_text
+from hw.records import load_bytes, read_text
 from specs.units import parse_column
 
 COLUMNS = ("part", "operator", "value")
 NUMBERS = ("value", "reference")
 COVERAGE = 2.0
 _UPPER_RANGE = {2: 3.267, 3: 2.574, 4: 2.282, 5: 2.114}  # D4 of so many repeats ([AIAG-SPC] appendix E)
-LIMITS = ReadLimits(max_bytes=10_000_000)  # of a table: ten thousand times what a study holds
+MAX_BYTES = 10_000_000  # of a table: ten thousand times what a study holds
 
 
 def read_table(path: Path, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
     """Read a text table with these columns; value and reference are numbers, in one unit. attrs["remarks"]: how it was
     read. Raises FleetError naming the wrong line or column."""
     try:
-        source = load_bytes(path, LIMITS)
+        source = load_bytes(path, MAX_BYTES)
         table = read_text(source.file, source.raw, open_end=True)
         names = [parse_column(head)[0].lower() for head in table.layout.heads]
         missing = [name for name in columns if name not in names]

@@ -18,10 +18,10 @@ from accept.models.model_file import OpenedModel, as_weighed, open_model_file
 from accept.units import RESPONSES, LoadedUnit, UnitError, UnitFolder, loaded
 from checks.errors import ModelError, RecordError
 from checks.fitting import CHANNELS, F_HI, Dataset, Identifiability, LikelihoodProfile
-from checks.gap import AT_LEAST, EFFECTS, GapRefused, Inputs, Result, effect_named, run
+from checks.gap import EFFECTS, GapRefused, Inputs, Result, effect_named, run
 from checks.model import Model
 from checks.record import Record
-from checks.signals import disturbance_notes, error_notes
+from checks.signals import disturbance_notes
 from specs.plugins import product_named
 
 Say = Callable[[str], None]
@@ -104,7 +104,7 @@ def analyse(
         merge_Hz=measured.merge_Hz,
         slow=_slow(held),
         without=frozenset(without),
-        notes=(*notes, *more, *_quality(A), *disturbance_notes(low), *error_notes(measured.first.taken_out), *lost),
+        notes=(*notes, *more, *_quality(A), *disturbance_notes(low), *measured.first.notes, *lost),
         trials=trials,
     )
     return GapAnalysis(run(inputs, say), measured, given, inputs)
@@ -161,8 +161,7 @@ def _read_responses(unit: LoadedUnit, model: Model) -> tuple[Responses, tuple[st
 
 def _unseen(channel: str, why: str) -> str:
     """Return the note on a channel that units of this product do not have, with the effects that are named by it."""
-    of_channel = [e for e in EFFECTS.values() if channel in e.channels and len(e.channels) <= AT_LEAST]
-    lost = ", ".join(words_of(e.name) for e in of_channel if (e.in_model or e.factor) and not e.resembles)
+    lost = ", ".join(words_of(e.name) for e in EFFECTS.values() if e.is_lost_without(channel))
     return f"{why}; without {channel} these effects cannot be named: {lost}"
 
 

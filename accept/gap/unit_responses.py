@@ -16,7 +16,7 @@ from checks.cause import together
 from checks.declare import Measured, Scalar, Values
 from checks.errors import RecordError
 from checks.fitting import CHANNELS, F_HI, F_LO, Dataset
-from checks.gap import ConditionTrial, GapRefused, check_same_unit
+from checks.gap import ConditionTrial, GapRefused
 from checks.model import LearnedBench
 from checks.record import Record
 from checks.signals import ModeShift
@@ -213,11 +213,10 @@ def _trial(unit: LoadedUnit, name: str, measured: Responses, tolerance: float) -
         B = _dataset(records["low_repeat"], records.get("high_repeat"), measured, tolerance)
     else:
         A, B = _halves(measured, records, tolerance)
-    check_same_unit(A, B)
     section = unit.folder.experiments[name]
     kind = section.declared
     value = section.number(kind.value.name) if kind.value else None
-    return ConditionTrial(name, kind, value, A, B, _own_resistor(unit))
+    return ConditionTrial.of_records(name, kind, value, A, B, _own_resistor(unit))
 
 
 def _own_resistor(unit: LoadedUnit) -> float | None:

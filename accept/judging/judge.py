@@ -168,7 +168,7 @@ def judge_unit(
         not_judged=tuple(_not_judged(unit, spec)),
         notes=(*notes, *_notes_of_unit(held, spec)),
         inputs=dict(sorted(held.hashes.items())),
-        spec=f"{spec.name}@{spec.sha256}",
+        spec=spec.with_hash,
         panels={f"{name}/{key}": p for name, outcome in outcomes.items() for key, p in outcome.panels.items()},
         calibration=stated,
         models=models.hashes(spec),

@@ -15,7 +15,7 @@ from checks.errors import ModelError
 from checks.fitting import Fit
 from checks.gap import FittedElement, effect_named, with_effects
 from checks.misalignment import with_payload
-from checks.model import ELEMENT, UNIDENTIFIED, ModalApa, Model, Superelement, UnidentifiedElement, build_model
+from checks.model import ELEMENT, ModalApa, Model, Superelement, UnidentifiedElement, build_model
 from checks.quantity import COVERAGE_FACTOR
 from hw.superelement import matrices_of
 from specs.model import ModelSpec, load_model, parse_model
@@ -23,6 +23,7 @@ from specs.model_sections import ByChannel, FitRecord, LearnedBenchRecord, Popul
 from specs.plugins import product_named
 from specs.units import model_label
 
+UNIDENTIFIED = UnidentifiedElement.NAME
 Effects = Sequence[tuple[str, Mapping[str, float]]]
 AS_BUILT = "strut-as-built"  # its modes are as uncertain as they are from unit to unit
 # The model of simulated units, by product.

@@ -17,7 +17,7 @@ from accept.simulate.unit_request import UnitRequest, drawn, on_bench
 from checks.arrays import Array
 from checks.model import loops_of, stroke_of
 from checks.record import motion_of
-from hw.errors import InstrumentRefused, SettingsError
+from hw.errors import SettingsError
 from hw.instruments import Identity, settings_of
 from hw.recorders import Heard, Recorder
 from hw.simulated import StageFile
@@ -80,7 +80,7 @@ class SimulatedConverter:
         if set(names) <= set(HAMMER):
             signals = self._hits(rate_Hz, samples)
         elif output is None:
-            raise InstrumentRefused(f"{self._name}: {', '.join(names)} stand still without a drive")
+            raise SettingsError(f"{self._name}: {', '.join(names)} stand still without a drive")
         elif set(names) <= set(STROKE):
             signals = self._stroke(output)
         else:

@@ -22,7 +22,7 @@ from accept.base.documents.results import CONCESSION
 from accept.base.home import home
 from accept.base.names import KeyHolder
 from accept.store.key_certificates import is_compromised, issued_by, person_of, promises_list, role_of
-from accept.store.payloads import CHOICES, Decision, NonconformanceDecided, SignedBy, without_hashes
+from accept.store.payloads import CHOICES, Disposition, NonconformanceDecided, SignedBy, without_hashes
 from specs.errors import AcceptError
 from specs.files import read_bounded
 
@@ -149,7 +149,7 @@ def signed_content(serial: str, given: NonconformanceDecided) -> dict[str, Any]:
     return content_of(serial, given.disposition, given.certificate) | about
 
 
-def content_of(serial: str, decision: Decision, certificate: str | None) -> dict[str, Any]:
+def content_of(serial: str, decision: Disposition, certificate: str | None) -> dict[str, Any]:
     """Return the data of a disposition that is signed with a certificate. certificate: sha256 of the one that was
     countersigned with it."""
     about = {"certificate": certificate} if certificate is not None else {}

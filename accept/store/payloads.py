@@ -112,7 +112,7 @@ CHOICES: Mapping[str, str] = {  # dispositions: as they are stored, and in words
 
 
 @dataclass(frozen=True)
-class Decision(Document):
+class Disposition(Document):
     """The disposition of a unit that was not accepted."""
 
     choice: Annotated[str, "`use-as-is`, `rework`, `measure-again`, `return` or `scrap`"]
@@ -130,7 +130,7 @@ class CertificateSigned(Payload, what="certificate_signed"):
     path: str
     sha256: Annotated[str, "of the file with this signature"]
     role: Annotated[str, "`technician` or `qa`"]
-    disposition: Annotated[Decision | None, only_if(), "QA's decision about a unit that was not accepted"] = None
+    disposition: Annotated[Disposition | None, only_if(), "QA's decision about a unit that was not accepted"] = None
     before: Annotated[str | None, only_if(), "sha256 of the certificate that was countersigned"] = None
     number: Annotated[str, only_if(bool), "of the certificate, by the scheme of `laboratory.toml`"] = ""
     reason: Annotated[
@@ -217,7 +217,7 @@ class NonconformanceDecided(Payload, what="nonconformance_decided"):
     """Quality assurance decided about nonconformances of a unit, with a countersignature or without one."""
 
     nonconformances: tuple[str, ...]
-    disposition: Decision
+    disposition: Disposition
     certificate: Annotated[
         str | None, only_if(), "of results.json alone: sha256 of what an earlier program countersigned with it"
     ] = None

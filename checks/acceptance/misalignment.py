@@ -16,14 +16,13 @@ from checks.declare import Check, Guide, Measured, Setting, Values
 from checks.errors import ModelError, RecordError
 from checks.fitting.calibrate import quicker
 from checks.fitting.dataset import Dataset
-from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
+from checks.misalignment.estimate import CHANNEL_SETS, estimate_misalignment, with_payload
 from checks.misalignment.estimate_types import MisalignmentEstimate
 from checks.misalignment.panels import misalignment_panels
 from checks.misalignment.table import MisalignmentTable, grid, table_frequencies
 from checks.model.model import Model
 from checks.quantity import COVERAGE_FACTOR, Contribution, Outcome, Quantity
 from checks.record import Record
-from checks.signals.interpolation import error_notes
 from specs.spec import CheckSpec
 
 PLACES = 9, 13  # along dx and dy: the basins of the fit are as wide as a step of these
@@ -57,7 +56,7 @@ def measure(values: Values, _: CheckSpec) -> Outcome:
     notes = [] if found.reason is not None else [f"dx, dy: {found.meaning}"]
     if found.repeat is None:
         notes.append("one realisation only: the model was judged on the data that it was fitted to")
-    return Outcome(quantities, (*notes, *found.notes, *error_notes(found.data.taken_out)), misalignment_panels(found))
+    return Outcome(quantities, (*notes, *found.notes, *found.data.notes), misalignment_panels(found))
 
 
 def _with_payload(model: Model, values: Values) -> Model:
@@ -75,10 +74,11 @@ def _dataset(values: Values, low: str, high: str) -> Dataset | None:
         return None
     merge: Measured | None = values.get("merge_Hz")
     merge_Hz, name = frf.MERGE_HZ if merge is None else merge.value, f"{low}, {high}"
+    most, least = CHANNEL_SETS
     try:
-        return Dataset.from_records(below, above, merge_Hz, channels=SENSOR_CHANNELS, name=name)
-    except RecordError:  # the sensor stack helps, but the two others suffice
-        return Dataset.from_records(below, above, merge_Hz, channels=RATIO_CHANNELS, name=name)
+        return Dataset.from_records(below, above, merge_Hz, channels=most, name=name)
+    except RecordError:
+        return Dataset.from_records(below, above, merge_Hz, channels=least, name=name)
 
 
 @lru_cache(4)  # a third of a second, and a batch judges many units by one model

@@ -19,7 +19,13 @@ from checks.errors import RecordError
 from checks.fitting.whitener import Whitener, whitener
 from checks.model.learned_bench import LearnedBench
 from checks.record import Record
-from checks.signals.interpolation import Errors, errors_of_other_record, interpolation_errors, remove_errors
+from checks.signals.interpolation import (
+    Errors,
+    error_notes,
+    errors_of_other_record,
+    interpolation_errors,
+    remove_errors,
+)
 from checks.signals.spectral.frf import Frf
 from checks.signals.spectral.lpm import HALF, lpm_record
 
@@ -155,6 +161,11 @@ class Dataset:
         """Return the same with the tolerance as a fraction of a model's response (F, C). A fraction of the measured one
         pulls a fit down, because bins that noise made small then count more (Peelle's puzzle; [DAGOSTINI94])."""
         return replace(self, scale=model)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return remarks on what was taken out of the records."""
+        return error_notes(self.taken_out)
 
     @property
     def noise(self) -> Array:

@@ -19,7 +19,7 @@ from checks.fitting.prior import prior_rows
 from checks.fitting.response import Response
 from checks.model.joint_prior import JointPrior
 from checks.model.model import Model
-from checks.model.parameters import rule
+from checks.model.parameters import is_mode_factor, rule
 from checks.rounding import with_U
 
 COARSE_BINS = 250
@@ -31,6 +31,7 @@ STEPS, FEW_STEPS = 60, 15  # of the last search and of those that only lead to i
 BEYOND_DOUBT = 4.6  # of log likelihood: a ratio of 100
 SPREAD = 1.0  # of further starts, in prior standard deviations
 HELD = 1e-4  # of its standard deviation: the prior of a parameter that is held
+AS_BEFORE = 0.9  # of its prior's standard deviation: a factor on a mode that is left with more was not determined
 AT_BOUND = 1e-3  # of the standard deviation
 BESIDE = 30  # parameters: the cost of a step besides derivatives, mainly the modes of a strut
 CONTRADICTION = (
@@ -81,6 +82,11 @@ class Fit:
     def sds(self) -> dict[str, float]:
         """Return the standard uncertainties by name."""
         return dict(zip(self.names, (float(s) for s in np.sqrt(np.diag(self.cov))), strict=True))
+
+    @property
+    def determined(self) -> list[Free]:
+        """Return the free parameters without the factors on modes of which the data say nothing."""
+        return [p for p in self.free if not (is_mode_factor(p.name) and self.sds[p.name] > AS_BEFORE * p.sd)]
 
     def interval(self, name: str, p: float = 0.95) -> tuple[float, float]:
         """Return the interval that holds the truth with probability p."""

@@ -18,9 +18,8 @@ from specs import door
 
 if TYPE_CHECKING:
     from checks.gap.conditions.kinds import EXPERIMENT_KINDS, ExperimentKind
-    from checks.gap.conditions.trial import ConditionTrial, under_experiment
+    from checks.gap.conditions.trial import ConditionTrial, GapRefused, under_experiment
     from checks.gap.decision.bode_panels import bode_panels
-    from checks.gap.decision.evidence import AT_LEAST
     from checks.gap.decision.made_again import contradictions, picture_again
     from checks.gap.decision.next_experiment import every_experiment
     from checks.gap.decision.panels import channel_errors, gap_panels
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from checks.gap.effects import EFFECTS, effect_named, with_effects
     from checks.gap.empirical import FittedElement, fit_element
     from checks.gap.modelling.effect import Parameter
-    from checks.gap.preparation.inputs import GapRefused, Inputs, check_same_unit
+    from checks.gap.preparation.inputs import Inputs
     from checks.gap.workflow import run
 else:
     __getattr__ = door(__name__)

@@ -7,11 +7,12 @@ from dataclasses import replace
 from checks.errors import NotHeld
 from checks.fitting.fit import CONTRADICTION
 from checks.gap.calibrate import calibrate, correct_records, search_on
+from checks.gap.conditions.trial import GapRefused
 from checks.gap.decision.build_result import build_result
 from checks.gap.decision.never_worse import gap_increased
 from checks.gap.decision.result import AMBIGUOUS, EXPLAINED, NO_MISSING, UNEXPLAINED, Result
 from checks.gap.modelling.thresholds import THRESHOLDS, Thresholds
-from checks.gap.preparation.inputs import SAMPLE_OFFSET, GapRefused, Inputs, Problem, check_same_unit, prepare
+from checks.gap.preparation.inputs import SAMPLE_OFFSET, Inputs, Problem, prepare
 from checks.gap.search.bench_paths import in_words, on_bench, without_lags
 from checks.gap.search.candidates import Effort, Say, Search
 from checks.gap.search.explanation import Explanation
@@ -140,4 +141,4 @@ def _search_deeper(search: Search, found: SearchResult) -> SearchResult:
     return found.before(deeper) if deeper.best.response.counted else deeper
 
 
-__all__ = ["GapRefused", "Inputs", "Say", "check_same_unit", "run"]
+__all__ = ["GapRefused", "Inputs", "Say", "run"]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from checks.misalignment.estimate import RATIO_CHANNELS, SENSOR_CHANNELS, estimate_misalignment, with_payload
+    from checks.misalignment.estimate import CHANNEL_SETS, estimate_misalignment, with_payload
     from checks.misalignment.estimate_types import MisalignmentEstimate
     from checks.misalignment.panels import misalignment_panels
     from checks.misalignment.table import MisalignmentTable, table_limits_um

@@ -33,6 +33,7 @@ from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 
 RATIO_CHANNELS, SENSOR_CHANNELS = ("de", "da"), ("Vs", "de", "da")
+CHANNEL_SETS = SENSOR_CHANNELS, RATIO_CHANNELS  # the sensor stack helps, but the two others suffice
 # [Hz] da is lost in its noise above. Two modes from 830 Hz on may change places in a search; but without them dy and
 # the encoder's masses have several values that explain as much.
 F_LO, F_HI = 10.0, 1000.0

@@ -22,14 +22,12 @@ if TYPE_CHECKING:
     from checks.model.learned_bench import LearnedBench
     from checks.model.model import Model, frequency_and_damping, frequency_grid
     from checks.model.parameter_sweep import PUBLISHED_SWEEPS, sweep_parameters
-    from checks.model.parameters import is_mode_factor
     from checks.model.structure.attached import ELEMENT
-    from checks.model.structure.superelement import Nodes, Superelement
-    from checks.model.structure.superelement_check import check_superelement
+    from checks.model.structure.superelement import Superelement
     from checks.model.time.hysteresis_creep import loops_of, stroke_of
     from checks.model.time.partial_fractions import Fractions
     from checks.model.time.state_space import StateSpace
     from checks.model.time.time_response import time_simulation
-    from checks.model.unidentified import UNIDENTIFIED, UnidentifiedElement
+    from checks.model.unidentified import UnidentifiedElement
 else:
     __getattr__ = door(__name__)

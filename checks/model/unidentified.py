@@ -6,6 +6,7 @@ includes it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 
 PREFIX = "unidentified."
-UNIDENTIFIED = "unidentified"
 Pair = tuple[float, float]  # frequency [Hz], damping ratio
 
 
@@ -25,6 +25,8 @@ class UnidentifiedElement:
     gain: float
     poles: tuple[Pair, ...]
     zeros: tuple[Pair, ...]
+
+    NAME: ClassVar = "unidentified"  # of its entry in a model file
 
     @classmethod
     def of_entry(cls, given: Mapping[str, object], where: str) -> "UnidentifiedElement":

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from checks.signals.drive.shapes import Notch, amplitude_shape
     from checks.signals.impact.hammer_response import HammerTestResponse, hammer_response
     from checks.signals.impact.impacts import ImpactRules
-    from checks.signals.interpolation import error_notes
     from checks.signals.mode_shifts import ModeShift
     from checks.signals.record_response import Estimator, EstimatorSettings, RecordResponse
     from checks.signals.sketch import Sketch

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hw.errors import SettingsError
 from hw.recorders.recorder import Recorder, RecorderDriver
 from specs import door, plugins
-from specs.bench import RecorderEntry
+from specs.bench import SIMULATED, RecorderEntry
 
 if TYPE_CHECKING:
     from hw.instruments.driver import settings_of
@@ -37,7 +37,7 @@ def recorder_problem(driver: Any) -> str:
 def open_recorder(name: str, entry: RecorderEntry) -> Recorder:
     """Return the recorder of an entry; its device is opened by the first record. Raises SettingsError."""
     if entry.driver not in RECORDERS:
-        raise SettingsError(f"{name}: unknown recorder {entry.driver!r} (known: {', '.join(RECORDERS)})")
+        raise SettingsError(f"{name}: unknown recorder {entry.driver!r} (known: {', '.join(RECORDERS)}, {SIMULATED})")
     return Recorder(name, entry, RECORDERS[entry.driver].open(name, entry))
 
 

@@ -8,6 +8,7 @@
 
     found = read_response_file(Path("analyser.uff"))  # responses of other programs
     found.f, found.H, found.channels, found.units
+    found.to_bytes(".csv")  # or .mat, .uff
 
     Path("noise.csv").write_bytes(csv_bytes({"t": t, "Va": Va}))
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from hw.records.source import Source, load_bytes
     from hw.records.tables import list_channels, read_table, table_of
     from hw.records.text.file import read_text
-    from hw.records.uff.write import frf_bytes
-    from hw.records.writers import csv_bytes, frd_mat, mat_bytes, own_record, response_csv, ss_mat
+    from hw.records.writers import csv_bytes, mat_bytes, own_record, ss_mat
 else:
     __getattr__ = door(__name__)

@@ -63,7 +63,7 @@ def read(
     limits: ReadLimits = DEFAULT_LIMITS,
 ) -> Record:
     """Return the record of a file: see `record_of`. Raises RecordError, also if the file cannot be read."""
-    return record_of(load_bytes(path, limits), series, rename, limits)
+    return record_of(load_bytes(path, limits.max_bytes), series, rename, limits)
 
 
 def record_of(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from checks.errors import RecordError
 from hw.records.contents.variable import Variable
-from hw.records.limits import DEFAULT_LIMITS, ReadLimits
+from hw.records.limits import DEFAULT_LIMITS
 from hw.records.mat5 import HEADER_BYTES, open_mat5
 from hw.records.text.file import SUFFIXES, open_csv
 from hw.records.uff.record import open_uff
@@ -76,10 +76,10 @@ def _is_matlab4(raw: bytes) -> bool:
     return False
 
 
-def load_bytes(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> Source:
+def load_bytes(path: Path, max_bytes: int = DEFAULT_LIMITS.max_bytes) -> Source:
     """Return all bytes of a file. Raises RecordError if it is missing, not a file, empty, too large or not readable."""
     try:
-        raw = read_bounded(path, limits.max_bytes)
+        raw = read_bounded(path, max_bytes)
     except FileNotFoundError as e:
         place = "" if path.parent == Path() else f" in {path.parent}"
         raise RecordError(f"{path.name}: no such file{place}") from e

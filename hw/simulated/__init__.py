@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from specs import door
 
 if TYPE_CHECKING:
-    from hw.simulated.bench import SimulatedBench
+    from hw.simulated.bench import BenchFault, SimulatedBench
     from hw.simulated.heidenhain import HeidenhainDevice
     from hw.simulated.lcr800 import Lcr800Device
     from hw.simulated.millimar import M1240Device, OptorsDevice

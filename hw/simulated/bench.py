@@ -1,16 +1,49 @@
 """The simulated bench: gauge, LCR meter and probe readout on pseudo-terminals, and the bench file that names them."""
 
+from collections.abc import Iterable
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
+from hw.errors import SettingsError
 from hw.simulated.heidenhain import HeidenhainDevice
 from hw.simulated.lcr800 import Lcr800Device
 from hw.simulated.millimar import OptorsDevice
-from hw.simulated.server import Server
+from hw.simulated.server import FaultKind, LineFault, Server
 from hw.simulated.world import BenchSetup, Sources, Stage, StageFile
 
 BENCH_FILE, STAGE_FILE = "bench.toml", "stage.json"
 BENCH = Path(__file__).parent / "bench.toml.txt"  # with words in braces; {{ is a brace
+INSTRUMENTS = ("gauge", "lcr", "probe")
+AT = 4  # bytes of a reply before it is cut
+
+
+@dataclass(frozen=True)
+class BenchFault:
+    """A fault of an instrument of the bench, or the instrument that it is exchanged with."""
+
+    instrument: str
+    fault: LineFault
+    other: str = ""
+
+    @classmethod
+    def of(cls, words: str) -> "BenchFault":
+        """Parse `gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
+        SettingsError."""
+        name, _, rest = words.partition(":")
+        kind, _, more = rest.partition(":")
+        kinds = [k.value for k in FaultKind]
+        if name not in INSTRUMENTS or kind not in kinds:
+            raise SettingsError(
+                f"{words}: expected INSTRUMENT:FAULT with one of {', '.join(INSTRUMENTS)} and of {', '.join(kinds)}"
+            )
+        if kind == FaultKind.SWAPPED:
+            if more not in INSTRUMENTS or more == name:
+                raise SettingsError(f"{words}: expected what it is exchanged with, as in gauge:swapped:lcr")
+            return cls(name, LineFault(FaultKind.SWAPPED), more)
+        if more and not more.isdecimal():
+            raise SettingsError(f"{words}: '{more}' is not a number of replies before the fault")
+        return cls(name, LineFault(FaultKind(kind), after=int(more or 0), at=AT))
 
 
 class SimulatedBench:
@@ -33,7 +66,14 @@ class SimulatedBench:
 
     @property
     def servers(self) -> dict[str, Server]:
-        return {"gauge": self.gauge, "lcr": self.lcr, "probe": self.probe}
+        return dict(zip(INSTRUMENTS, (self.gauge, self.lcr, self.probe), strict=True))
+
+    def strike(self, faults: Iterable[BenchFault]) -> None:
+        for each in faults:
+            if each.other:
+                self.servers[each.instrument].swap_with(self.servers[each.other])
+            else:
+                self.servers[each.instrument].inject(each.fault)
 
     @property
     def bench_file(self) -> Path:

@@ -37,7 +37,7 @@ from specs.model import load_model
 from specs.spec import load
 
 ROOT = Path(__file__).parents[2]
-MOST_AT_A_DOOR, MOST_IN_ALL = 25, {"checks": 158, "hw": 49}
+MOST_AT_A_DOOR, MOST_IN_ALL = 25, {"checks": 150, "hw": 40}
 MOST_OF = {"accept.certificate": 40, "accept.store": 26}  # of a store 25 are asked for
 WITHOUT_A_PAGE = ("hw.instruments", "hw.recorders", "hw.records", "hw.simulated")  # theirs need a bench
 

@@ -8,7 +8,8 @@ import pytest
 
 from accept.models.model_file import KEPT_MODELS, open_model, open_model_file
 from checks.errors import ModelError
-from checks.model import Nodes, build_model, file_nodes
+from checks.model import build_model, file_nodes
+from checks.model.structure.superelement import Nodes
 from specs.model import ModelSpec, builtin_models, load_model, parse_model
 from specs.strict import SpecError
 from tests.checks.model.units_model import APA300ML, NOMINAL

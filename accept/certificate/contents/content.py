@@ -113,6 +113,11 @@ class CertificateContent:
     def spec_sha256(self) -> str:
         return _sha256(self.spec_text.encode())
 
+    @property
+    def spec_with_hash(self) -> str:
+        """Return name@sha256 of the attached spec, as events and results state it."""
+        return f"{self.spec_name}@{self.spec_sha256}"
+
     @cached_property
     def results_json(self) -> bytes:
         """Return the attached results.json, which is the result in canonical form."""

@@ -2,7 +2,7 @@
 
 It is part of the countersignature itself (the signed `/Reason` of its dictionary), of the page and of the store."""
 
-from accept.store.payloads import CHOICES, Decision
+from accept.store.payloads import CHOICES, Disposition
 from checks.verdict import UnitVerdict
 from specs.errors import AcceptError
 
@@ -12,9 +12,6 @@ _HEAD = "; disposition: "
 
 class DispositionError(AcceptError, ValueError):
     """A disposition or reason that is missing, not needed, or not understood; the text names what is expected."""
-
-
-Disposition = Decision  # the form that events have, before it is signed for the store
 
 
 def parse_disposition(serial: str, verdict: str, choice: str, reason: str) -> Disposition | None:

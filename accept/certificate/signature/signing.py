@@ -22,7 +22,7 @@ from pyhanko.sign.timestamps import TimeStamper
 from pyhanko.sign.timestamps.common_utils import TimestampRequestError
 from pyhanko_certvalidator.registry import SimpleCertificateStore
 
-from accept.certificate.contents.disposition import Disposition, in_signature
+from accept.certificate.contents.disposition import in_signature
 from accept.certificate.page.fixed_parts import field_rectangles
 from accept.certificate.signature import timestamp
 from accept.certificate.signature.long_term import RevocationData, loaded
@@ -30,6 +30,7 @@ from accept.certificate.signature.stamp import stamp_style
 from accept.certificate.signature.stamping_authority import AuthorityRevoked, revocation_data, stamper
 from accept.certificate.trust.authority import P256_ORDER, QA, TECHNICIAN
 from accept.certificate.trust.keys import Credential
+from accept.store.payloads import Disposition
 from specs.errors import AcceptError
 
 RESERVED = 4096  # bytes of the hole; our CMS takes some 2000

@@ -11,13 +11,12 @@ from pyhanko.stamp import StaticStampStyle
 from reportlab.lib.utils import simpleSplit
 from reportlab.pdfgen.canvas import Canvas
 
-from accept.certificate.contents.disposition import Disposition
 from accept.certificate.page.fixed_parts import BOXES
 from accept.certificate.trust import authority
 from accept.certificate.trust.keys import Credential
 from accept.pictures.pdf import page_style
 from accept.pictures.pdf.fonts import BOLD, REGULAR, fitting_size, register
-from accept.store.payloads import CHOICES
+from accept.store.payloads import CHOICES, Disposition
 
 _WORDS = {"technician": "Signed: measured and judged", "qa": "Countersigned: reviewed and authorised"}
 _SIMULATED_WORDS = {"technician": "Signed: simulated, not measured", "qa": "Countersigned: a simulation"}

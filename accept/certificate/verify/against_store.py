@@ -159,7 +159,7 @@ def _history(
     known = _known(events, own, CertificateSigned.of(signature), contents)
     same = {
         "operator": same_person(own.who, contents.operator),
-        "spec": own.spec == f"{contents.spec_name}@{contents.spec_sha256}",
+        "spec": own.spec == contents.spec_with_hash,
         "code": own.data["code_sha256"] == contents.code_sha256,
     }
     wrong = [name for name, is_same in same.items() if not is_same]
@@ -404,7 +404,7 @@ def _reserved(
     yield from _lacks("the bench's store has the same recording, read otherwise", otherwise)
     doubts = [words for words in part_doubts(store, entry) if words not in entry.part_doubts]
     yield from _lacks("the bench's store casts doubt on its parts", doubts)
-    stated, spec = contents.stated.approval or {}, f"{contents.spec_name}@{contents.spec_sha256}"
+    stated, spec = contents.stated.approval or {}, contents.spec_with_hash
     approval = Approval(spec, stated["time"], approval_number(store, stated)) if stated.get("time") else None
     now = standing(store, serial, {}, entry, None if signature is None else signature.seq, approval=approval)
     given = [*map(NonconformanceDecided.from_json, entry.dispositions)]

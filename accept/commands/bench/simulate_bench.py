@@ -4,9 +4,8 @@ import json
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from types import FrameType
@@ -21,48 +20,12 @@ from accept.commands.answer import Answer, command, refusal
 from accept.simulate.bench_truth import world_of
 from accept.simulate.recorder import INPUTS, MODEL, SERIAL
 from accept.simulate.unit import TRUTH_FILE
-from accept.simulate.unit_request import SHORT_S, UnitRequestError
-from hw.simulated import FaultKind, LineFault, Server, SimulatedBench
+from accept.simulate.unit_request import SHORT_S
+from hw.errors import SettingsError
+from hw.simulated import BenchFault, SimulatedBench
 from specs.bench import SIMULATED
 
 BYTE_S = 0.0002  # about 38400 baud
-NAMES = ("gauge", "lcr", "probe")
-AT = 4  # bytes of a reply before it is cut
-
-
-@dataclass(frozen=True)
-class InjectedFault:
-    """A fault of an instrument, or the instrument that it is exchanged with."""
-
-    name: str
-    kind: FaultKind
-    after: int = 0
-    other: str = ""
-
-    @classmethod
-    def of(cls, words: str) -> "InjectedFault":
-        """Parse `gauge:menu_open`, `lcr:half_line:3` (after three replies), `gauge:swapped:probe`. Raises
-        UnitRequestError."""
-        name, _, rest = words.partition(":")
-        kind, _, more = rest.partition(":")
-        kinds = [k.value for k in FaultKind]
-        if name not in NAMES or kind not in kinds:
-            raise UnitRequestError(
-                f"--fault {words}: expected INSTRUMENT:FAULT with one of {', '.join(NAMES)} and of {', '.join(kinds)}"
-            )
-        if kind == FaultKind.SWAPPED:
-            if more not in NAMES or more == name:
-                raise UnitRequestError(f"--fault {words}: expected what it is exchanged with, as in gauge:swapped:lcr")
-            return cls(name, FaultKind.SWAPPED, other=more)
-        if more and not more.isdecimal():
-            raise UnitRequestError(f"--fault {words}: '{more}' is not a number of replies before the fault")
-        return cls(name, FaultKind(kind), int(more or 0))
-
-    def strike(self, servers: Mapping[str, Server]) -> None:
-        if self.kind is FaultKind.SWAPPED:
-            servers[self.name].swap_with(servers[self.other])
-        else:
-            servers[self.name].inject(LineFault(self.kind, after=self.after, at=AT))
 
 
 @command
@@ -80,9 +43,9 @@ def run(
 ) -> Answer:
     """Simulate instruments on pseudo-terminals. Prints the ports and a ready bench.toml, runs until stopped."""
     try:
-        struck = [InjectedFault.of(words) for words in fault or ()]
-    except UnitRequestError as e:
-        return refusal(e)
+        faults = [BenchFault.of(words) for words in fault or ()]
+    except SettingsError as e:
+        return refusal(f"--fault {e}")
     world = world_of(unit)
     with (
         _stopped_by_signal() as stop,
@@ -92,8 +55,7 @@ def run(
         if recorder:
             with bench.bench_file.open("a", encoding="utf-8") as file:
                 file.write(recorder_entry(unit, bench.stage.path, seed))
-        for each in struck:
-            each.strike(bench.servers)
+        bench.strike(faults)
         for name, server in bench.servers.items():
             tell(f"{name}  {server.path}")
         tell(f"bench  {bench.bench_file}")

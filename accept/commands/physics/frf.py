@@ -20,12 +20,10 @@ from accept.analysis.imported_response import ImportedResponse, ResponseDifferen
 from accept.analysis.record_responses import (
     OF_RECORDS,
     MeasuredResponse,
-    matlab_file,
+    file_bytes,
     read_any,
     responses_of,
-    table_file,
     to_json,
-    universal_file,
 )
 from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.options import Csv, Json, Mat, Plot, Uff
@@ -103,7 +101,6 @@ class FrfOutputs:
 
 COHERENT = 0.9  # above it the random error of a response stays below 24 % / sqrt(segments)
 FORCE = "Track1"  # of a hammer, as the analyser of the bench stores it
-WRITERS = {".csv": table_file, ".mat": matlab_file, ".uff": universal_file}
 LEAST_U = 1e-4  # smaller ones are said to be below it
 Panels = dict[str, Panel]  # of a response, by name
 
@@ -147,7 +144,7 @@ def run(
         *(part for response in responses for part in _about(response)),
         None if against is None else _comparison(compared, against),
         File(outputs.json, lambda: dumps(_document(responses, compared), allow_nan=False).encode()),
-        *(File(place, partial(WRITERS[ending], responses[0])) for ending, place in single.items()),
+        *(File(place, partial(file_bytes, responses[0], ending)) for ending, place in single.items()),
         picture(outputs.plot, lambda: _sheet(responses, drawn()), _columns(responses)),
         File(outputs.html, lambda: _page(responses, drawn())),
     )

@@ -21,7 +21,7 @@ from checks.errors import ModelError
 from checks.fitting import frf_panels
 from checks.gap import EFFECTS
 from checks.model import PUBLISHED_SWEEPS, Model, StateSpace, frequency_and_damping, frequency_grid, sweep_parameters
-from hw.records import csv_bytes, frd_mat, frf_bytes
+from hw.records import ResponseFile, csv_bytes
 from specs.model import builtin_models
 from specs.units import RESPONSE_UNITS, unit_of
 
@@ -112,11 +112,13 @@ def frf(wanted: FrfOptions) -> Answer:
             for i, c in enumerate(model.channels)
         },
     }
+    unknown = np.full(H.shape, np.nan)  # coherence and variance: nothing was measured
+    written = ResponseFile(model.name, "", f, H, model.channels, "Va", units, unknown, unknown, said=model.name)
     files = wanted.json, wanted.csv, wanted.mat, wanted.uff, wanted.plot
     return Answer(
         File(wanted.csv, lambda: csv_bytes(columns), announced=True),
-        File(wanted.mat, lambda: frd_mat(f, H, model.channels, "Va", units, {"Notes": model.name}), announced=True),
-        File(wanted.uff, lambda: frf_bytes(f, H, model.channels, "Va", units), announced=True),
+        File(wanted.mat, lambda: written.to_bytes(".mat"), announced=True),
+        File(wanted.uff, lambda: written.to_bytes(".uff"), announced=True),
         picture(wanted.plot, lambda: list(frf_panels(f, H, model.channels).values()), columns=2, announced=True),
         File(wanted.json, document, announced=True),
         None if any(files) else jsonlib.dumps(document),

@@ -15,10 +15,8 @@ from accept.commands.answer import Answer, File, Remark, command, picture, table
 from accept.commands.physics.model import whole
 from accept.commands.physics.model_options import FitOptions, FitOutputs
 from accept.pictures.formats import format_of
-from checks.model import is_mode_factor
 from checks.rounding import rounded, with_U
 
-HELD = 0.9  # of its prior's sd: a factor on a mode that the data leave with more is not listed
 COLUMNS = 3  # a row of panels per channel
 
 
@@ -51,7 +49,7 @@ def run(
 
 def _summary(fitted: FittedModel) -> Iterator[str | Table]:
     fit = fitted.fit
-    shown = [p for p in fit.free if not (is_mode_factor(p.name) and fit.sds[p.name] > HELD * p.sd)]
+    shown = fit.determined
     rows = []
     for p in shown:
         away = (fit.at[p.name] - p.prior) / p.sd

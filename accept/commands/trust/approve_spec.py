@@ -26,7 +26,7 @@ def run(file: Annotated[str, Argument(help="TOML file of the spec.")], passphras
     credential = qa_credential(passphrase_file)
     approval = spec_approval.approve(spec, credential, datetime.now(UTC))
     with open_store() as store:
-        store.write(SpecApproved(approval), who=credential.person, spec=f"{spec.name}@{spec.sha256}")
+        store.write(SpecApproved(approval), who=credential.person, spec=spec.with_hash)
     place = spec_approval.write(home(), approval)
     models = models_words(evidence_of(named_models(spec)))
     covers = f"\nwith its model files: {models}" if models else ""

@@ -38,7 +38,7 @@ from accept.store.payloads import (
     BaselineSet,
     CertificateSigned,
     CopiesResolved,
-    Decision,
+    Disposition,
     NonconformanceDecided,
     SpecApproved,
     UnitJudged,
@@ -205,7 +205,7 @@ def dispose(
         held = open_nonconformances(store, serial, {})
         for words in held:
             say(f"{serial}: held by {one_line(words)}")
-        decided = decide(store, serial, Decision(stated.choice, stated.reason), signer, held)
+        decided = decide(store, serial, Disposition(stated.choice, stated.reason), signer, held)
     lines = (f"{serial}: {nonconformance}: {stated} ({signer().person})" for nonconformance in decided)
     return Answer(*lines, Remark("judge the unit again: accept batch, or accept report"))
 

@@ -32,7 +32,7 @@ from accept.store.payloads import (
     AttemptStarted,
     AttemptVoided,
     CertificateSigned,
-    Decision,
+    Disposition,
     NonconformanceDecided,
     StepNoted,
     UnitJudged,
@@ -150,7 +150,7 @@ class _Decisions:
                 self.held = {words: known and (*known[:2], True) for words, known in self.held.items()}
             case CertificateSigned(disposition=None):
                 self._certified.setdefault(payload.sha256, self._stated)  # a file that is named again has not changed
-            case CertificateSigned(disposition=Decision() as decision):
+            case CertificateSigned(disposition=Disposition() as decision):
                 about = self._certified.get(payload.before or "", ())
                 if any((known := self.held.get(w)) is None or not _same(known[0].disposition, decision) for w in about):
                     self._decide(NonconformanceDecided(about, decision, payload.before))
@@ -227,7 +227,7 @@ def is_only_held(finding: Finding) -> bool:
     )
 
 
-def _same(one: Decision, other: Decision) -> bool:
+def _same(one: Disposition, other: Disposition) -> bool:
     """Return whether two decisions are one, signed about a certificate and about what it states."""
     persons = [d.signed and d.signed.person for d in (one, other)]
     return (one.choice, one.reason, persons[0]) == (other.choice, other.reason, persons[1])
@@ -238,7 +238,7 @@ def _words_of(void: AttemptVoided) -> str:
 
 
 def decide(
-    store: Store, serial: str, decision: Decision, opens: Opens, shown: Sequence[str] | None = None
+    store: Store, serial: str, decision: Disposition, opens: Opens, shown: Sequence[str] | None = None
 ) -> Sequence[str]:
     """Store a signed decision of quality assurance about all nonconformances that hold a unit, and return these. shown:
     those that the person saw, None for all. Raises DecisionError without one, with another one, or for a key of another
@@ -253,7 +253,7 @@ def decide(
 
 
 def decided(
-    store: Store, serial: str, decision: Decision, signer: Signer, about: Sequence[str]
+    store: Store, serial: str, decision: Disposition, signer: Signer, about: Sequence[str]
 ) -> NonconformanceDecided:
     """Return a decision about nonconformances as quality assurance signs it, for this store. Raises DecisionError for a
     key of another role, StoreError."""

@@ -56,7 +56,7 @@ class OpenUnit:
         """Open the unit. Raises EntryError, UnitBusy, StoreError, OSError."""
         if problem := serial_problem(self.serial, self.spec):
             raise EntryError(f"serial '{self.serial}': {problem}")
-        self.steps, self.spec_name = steps_of(self.spec), f"{self.spec.name}@{self.spec.sha256}"
+        self.steps, self.spec_name = steps_of(self.spec), self.spec.with_hash
         self.simulates = self.training or self.simulated or (self.stated is not None and self.stated.simulated)
         self.mutex = threading.RLock()
         self._lock = _locked(self.home / "units" / self.serial)

@@ -204,7 +204,7 @@ def known_unit(store: Store, serial: str, specs: Mapping[str, Spec]) -> KnownUni
 
 
 def _with_steps(unit: KnownUnit, attempt: Attempt, spec: Spec) -> KnownUnit:
-    steps, spec_name = steps_of(spec), f"{spec.name}@{spec.sha256}"
+    steps, spec_name = steps_of(spec), spec.with_hash
     states = {step.name: state_of(attempt, step) for step in steps}
     waiting = [step.name for step in open_steps(steps, states, spec_name)]
     found = dict[str, Sequence[Finding]]()

@@ -32,6 +32,7 @@ from checks.model.electrical import highpass_corner
 from checks.model.model import Model
 from checks.model.parameters import is_mode_factor
 from checks.model.structure.attached import ELEMENT, TILT, quantities_of
+from specs.errors import AcceptError
 
 PAYLOAD, CORNER, STIFFENING = "bench.payload_kg", "sensor.highpass_Hz", "apa.sensor_stiffening"
 BY_CABLE = ("sensor.crosstalk_V_per_V", "sensor.pickup_us")  # what couples into the sensor's cable
@@ -40,6 +41,24 @@ SENSOR_F = 5.1e-6  # of the sensor stack, the default ([STB] 3.1.9)
 HIGHEST_HZ = 1e6  # of the sensor's corner
 GONE = 1e-6  # of an element that was removed: what hangs with no mass at all has no motion
 WIDER = 10.0  # a prior that says next to nothing, and still keeps a search from walking off for ever
+
+
+class GapRefused(AcceptError, ValueError):
+    """Records or a model that the workflow refuses; the text gives the reason."""
+
+
+def check_same_unit(A: Dataset, B: Dataset) -> None:
+    """Raise GapRefused if the two realisations differ by more than noise and tolerance: not the same thing twice."""
+    both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
+    if both is None:
+        raise GapRefused(f"the two realisations have {A.f.size} and {B.f.size} bins; expected records of equal length")
+    G = np.median(np.abs(A.H - B.H) ** 2 / both, axis=0)
+    for channel, g in zip(A.channels, G, strict=True):
+        if g > 4.0:
+            raise GapRefused(
+                f"{channel} of the two realisations differs by {np.sqrt(g):.1f} times noise and tolerance in half of "
+                "the bins: these are not records of one unit on one bench"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +72,14 @@ class ConditionTrial:
     A: Dataset
     B: Dataset
     own_ohm: float | None = None
+
+    @classmethod
+    def of_records(
+        cls, name: str, kind: ExperimentKind, value: float | None, A: Dataset, B: Dataset, own_ohm: float | None
+    ) -> "ConditionTrial":
+        """Return the trial of two measured realisations. Raises GapRefused if they are not of one unit."""
+        check_same_unit(A, B)
+        return cls(name, kind, value, A, B, own_ohm)
 
     @property
     def words(self) -> str:

@@ -11,7 +11,7 @@ from checks.arrays import Array, Complex
 from checks.errors import ModelError
 from checks.fitting.fit import Fit
 from checks.gap.modelling.augmented import Augmented, Values
-from checks.gap.modelling.effect import Effect
+from checks.gap.modelling.effect import AT_LEAST, Effect
 from checks.gap.modelling.element import GenericElement
 from checks.gap.modelling.slow_sines import Slow
 from checks.gap.modelling.thresholds import Thresholds
@@ -25,7 +25,6 @@ from checks.gap.statistics.projected_residual import Adequacy
 from checks.model.model import frequency_and_damping
 
 LOOKED = 300  # places tried by a search, for the chance of a gain
-AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 BEYOND_CHANCE = 0.1  # of the chance at which a model counts as inadequate
 POLE = {"f_Hz", "damping_ratio"}  # parameters of a member that adds a mode
 AGREES = 1.0  # G of a channel up to which model and data agree: what happens below is chance

@@ -19,6 +19,7 @@ from checks.rounding import rounded
 from specs.units import DIMENSIONLESS, unit_of, without_unit
 
 Values = Mapping[str, float]
+AT_LEAST = 2  # channels of an effect that shows on several: on one alone it is any filter
 NO_SLOW_LIMIT: Mapping[str, float] = {}
 
 
@@ -166,6 +167,11 @@ class Effect:
     def rivals_elements(self) -> bool:
         """Return whether every element of the mechanics is tried in its place: it may imitate one."""
         return self.in_signal_path
+
+    def is_lost_without(self, channel: str) -> bool:
+        """Return whether it can be named, but only where this channel was measured."""
+        few = channel in self.channels and len(self.channels) <= AT_LEAST
+        return few and bool(self.in_model or self.factor) and not self.resembles
 
     @property
     def in_model(self) -> bool:

@@ -5,10 +5,8 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations
 
-import numpy as np
-
 from checks.fitting.dataset import Dataset
-from checks.gap.conditions.trial import ConditionTrial
+from checks.gap.conditions.trial import ConditionTrial, GapRefused, check_same_unit
 from checks.gap.effects import EFFECTS
 from checks.gap.modelling.effect import Effect, SlowFinding
 from checks.gap.modelling.slow_sines import Slow, slow_record
@@ -17,13 +15,8 @@ from checks.gap.preparation import record_faults as faults
 from checks.gap.preparation.record_faults import RecordFault
 from checks.model.model import Model
 from checks.record import Record, motion_of
-from specs.errors import AcceptError
 
 SAMPLE_OFFSET = "sample_offset"
-
-
-class GapRefused(AcceptError, ValueError):
-    """Records or a model that the workflow refuses; the text gives the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,20 +99,6 @@ def prepare(inputs: Inputs, table: Thresholds) -> Problem:
         return problem
     findings = {e: e.slow.named(slow, table) for e in problem.effects}
     return replace(problem, in_slow={e: finding for e, finding in findings.items() if finding is not None})
-
-
-def check_same_unit(A: Dataset, B: Dataset) -> None:
-    """Raise GapRefused if the two realisations differ by more than noise and tolerance: not the same thing twice."""
-    both = A.noise + B.noise + 2.0 * (max(A.tolerance, 1e-3) * np.abs(A.H)) ** 2 if A.H.shape == B.H.shape else None
-    if both is None:
-        raise GapRefused(f"the two realisations have {A.f.size} and {B.f.size} bins; expected records of equal length")
-    G = np.median(np.abs(A.H - B.H) ** 2 / both, axis=0)
-    for channel, g in zip(A.channels, G, strict=True):
-        if g > 4.0:
-            raise GapRefused(
-                f"{channel} of the two realisations differs by {np.sqrt(g):.1f} times noise and tolerance in half of "
-                "the bins: these are not records of one unit on one bench"
-            )
 
 
 def _find_faults(inputs: Inputs) -> tuple[tuple[RecordFault, ...], Dataset, Dataset]:

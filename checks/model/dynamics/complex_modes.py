@@ -123,9 +123,13 @@ class Eigen:
 
 @lru_cache(maxsize=8)
 def eigen(system: System) -> Eigen:
-    """Return the first-order form of a system, solved. Raises ModelError if its stiffness is not positive definite."""
+    """Return the first-order form of a system, solved. Raises ModelError if its stiffness is not positive definite, or
+    if values so large that the matrices overflow leave it without modes."""
     W, T = energy_form(system)
-    mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real if all of them are
+    try:
+        mu, V = (np.asarray(x, dtype=complex) for x in np.linalg.eig(W))  # real if all of them are
+    except np.linalg.LinAlgError as e:
+        raise ModelError(f"no modes can be found with such values ({e}); expected values of a strut") from e
     pushed = np.zeros((len(W), 1 + len(system.outputs)), dtype=complex)
     pushed[: len(T)] = -T.T @ np.column_stack([system.force, system.outputs.T])
     return Eigen(W, T, mu, V, np.linalg.solve(V, pushed))

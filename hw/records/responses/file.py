@@ -1,8 +1,9 @@
-"""Responses of a file in common form, and their making from the statements of each format."""
+"""Responses of a file in common form, their making from the statements of each format, and their writing."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from checks.errors import RecordError
 from hw.records.responses.units import fraction, variance
 from hw.records.source import Source
 from hw.records.uff.units import kind_of
+from hw.records.uff.write import frf_bytes
+from hw.records.writers import cells, struct_bytes
 
 # Names of functions of two channels, or of one, that are no response.
 SPECTRUM = re.compile(
@@ -36,6 +39,50 @@ class ResponseFile:
     var: Array
     averages: float | None = None
     said: str = ""
+
+    def to_bytes(self, ending: str) -> bytes:
+        """Return a file of them: ".csv", ".mat" with the fields of an frd object, ".uff" (data set 58). What is not
+        known is left out. Raises RecordError if the format cannot hold them."""
+        write = {".csv": self._table, ".mat": self._frd, ".uff": self._universal}
+        try:
+            return write[ending]()
+        except ValueError as e:
+            raise RecordError(f"{self.file}: {e}") from e
+
+    def _table(self) -> bytes:
+        """Return f [Hz] and of each channel its real and imaginary part, with its unit over that of the input in the
+        header."""
+        columns: dict[str, Array] = {"f [Hz]": self.f}
+        per = self.units.get(self.input, "")
+        for i, c in enumerate(self.channels):
+            unit = f" [{self.units[c]}/{per}]" if self.units.get(c) and per else ""
+            columns |= {f"{c}_re{unit}": self.H[:, i].real, f"{c}_im{unit}": self.H[:, i].imag}
+            more = {"coherence": self.coherence[:, i], "var": self.var[:, i]}
+            columns |= {f"{c}_{name}": x for name, x in more.items() if np.isfinite(x).all()}
+        rows = zip(*(x.tolist() for x in columns.values()), strict=True)
+        lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
+        return ("\n".join(lines) + "\n").encode("utf-8")
+
+    def _frd(self) -> bytes:
+        """Return a struct `response`: ResponseData (C, 1, F), Frequency (F,) [Hz], Coherence and Variance (C, F)."""
+        quality = {"Coherence": self.coherence, "Variance": self.var}
+        fields: dict[str, Any] = {
+            "ResponseData": self.H.T[:, None, :],
+            "Frequency": self.f[:, None],
+            "FrequencyUnit": "Hz",
+            "InputName": cells([self.input]),
+            "OutputName": cells(self.channels),
+            "InputUnit": cells([self.units.get(self.input, "")]),
+            "OutputUnit": cells([self.units.get(c, "") for c in self.channels]),
+            **{name: x.T for name, x in quality.items() if not np.isnan(x).all()},
+            "Notes": self.said,
+            **({} if self.averages is None else {"Averages": self.averages}),
+        }
+        return struct_bytes({"response": fields})
+
+    def _universal(self) -> bytes:
+        more = self.coherence, self.var, self.averages
+        return frf_bytes(self.f, self.H, self.channels, self.input, self.units, *more)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,8 @@ import pytest
 from scipy.io import loadmat, savemat
 
 import accept
-from hw.records import frf_bytes, mat_bytes
+from hw.records import mat_bytes
+from hw.records.uff.write import frf_bytes
 from tests.shared import command_line
 
 run = partial(command_line.accept, code=0, columns=200)

@@ -24,7 +24,7 @@ from accept.judging.reservations.nonconformance import decide, standing
 from accept.judging.reservations.parts import part_doubts
 from accept.store import open_store
 from accept.store.decisions import Signer, in_notes
-from accept.store.payloads import CertificateSigned, Decision, NonconformanceDecided, UnitJudged
+from accept.store.payloads import CertificateSigned, Disposition, NonconformanceDecided, UnitJudged
 from checks.cause import Cause, because
 from tests.accept.units.units import GOOD, make_unit
 from tests.shared.command_line import accept
@@ -354,7 +354,7 @@ def test_what_an_earlier_program_stored_is_read_as_it_was(reported: Path) -> Non
         store.write(replace(was, result=entry), "A", who="Ann", spec=f"{spec.name}@{spec.sha256}")
         frame = measurements(store)
         assert tuple(yields(frame, "serial").loc[0, ["first", "last"]]) == (False, False)
-        decide(store, "A", Decision("use-as-is", WHY), lambda: Signer(credential.key, credential.certificate))
+        decide(store, "A", Disposition("use-as-is", WHY), lambda: Signer(credential.key, credential.certificate))
         assert tuple(yields(measurements(store), "serial").loc[0, ["last", "conceded"]]) == (True, True)
     from accept.judging.reservations.reservations import Reservations
 

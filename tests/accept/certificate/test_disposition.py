@@ -8,12 +8,13 @@ from pypdf import PdfReader
 
 from accept.base.home import home
 from accept.certificate import DispositionError, parse_disposition
-from accept.certificate.contents.disposition import LONGEST, Disposition
+from accept.certificate.contents.disposition import LONGEST
 from accept.certificate.signature.stamp import stamp_style
 from accept.certificate.trust import keys
 from accept.certificate.trust.keys import Credential
 from accept.commands.trust import countersign
 from accept.store import open_store
+from accept.store.payloads import Disposition
 from tests.accept.certificate.certificate_help import WHEN
 from tests.accept.certificate.verify.verify_help import credentials
 from tests.accept.units.units import GOOD, make_unit

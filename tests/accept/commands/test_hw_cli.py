@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from accept.commands.bench.simulate_bench import InjectedFault
 from accept.simulate.bench_truth import world_of
 from hw.errors import SettingsError
 from hw.instruments import DRIVERS, open_instrument
-from hw.simulated import FaultKind, LineFault, Stage
+from hw.simulated import BenchFault, FaultKind, LineFault, Stage
 from specs.bench import InstrumentEntry, LineEntry, parse_bench
 from tests.accept.units.test_watch_folder import stroke_bytes
 from tests.accept.units.units import make_unit
@@ -162,7 +161,7 @@ def test_simulate_bench_as_a_program_of_its_own(tmp_path):
     ],
 )
 def test_a_fault_to_practise_with(bench, fault, words):
-    InjectedFault.of(fault).strike(bench.servers)
+    bench.strike([BenchFault.of(fault)])
     done = run("hw", "test", fault.split(":")[0], "--bench", bench.bench_file)
     assert done.exit_code == 5, done.output
     assert words in done.output

@@ -19,7 +19,7 @@ from accept.fleet.site.page_data import document
 from accept.fleet.trend import chart_panels, trends
 from accept.fleet.yields import panels, pareto, yields
 from accept.store import NewEvent, open_store
-from accept.store.payloads import Decision, GoldenMet, GoldenMissed, InstrumentChecked, NonconformanceDecided
+from accept.store.payloads import Disposition, GoldenMet, GoldenMissed, InstrumentChecked, NonconformanceDecided
 from checks.picture import Line, Mark
 from tests.accept.fleet.judgements import add, judgement
 from tests.accept.fleet.quarter import COPIED, COPY, FAILED, GOLDEN, HELD, NOT_MEASURED, fill
@@ -282,7 +282,7 @@ def test_the_page_of_a_month_has_what_happened_in_it_and_nothing_else(asked):
         "lcr", "LCR-2", "2026-09-07T08:00:00+00:00", "capacitance standard", "C-7", "uF", 10.0, 0.02, 10.2, 0.05,
         (10.2,), 3.7, False, {},
     )  # fmt: skip
-    decided = NonconformanceDecided(("stroke: scratch",), Decision("use-as-is", "harmless"))
+    decided = NonconformanceDecided(("stroke: scratch",), Disposition("use-as-is", "harmless"))
     with open_store() as store:
         first = store.write(checked, who="Ann")
         store.write(decided, min(HELD), who="Grace")

@@ -11,7 +11,7 @@ from checks.acceptance.frf import CHECK
 from checks.arrays import Array
 from checks.cause import Cause
 from checks.record import Record
-from hw.records import DEFAULT_LIMITS, load_bytes, mat_bytes, record_of
+from hw.records import load_bytes, mat_bytes, record_of
 
 Columns = Mapping[str, Array]
 AT_s, BLOCK_s = 3.0, 0.02  # where a block is lost, and how long it is
@@ -95,7 +95,7 @@ def columns(path: Path) -> dict[str, Array]:
 
 def read_record(path: Path) -> Record:
     declared = CHECK.forms[0].inputs[0]
-    return record_of(load_bytes(path, DEFAULT_LIMITS), declared, {})
+    return record_of(load_bytes(path), declared, {})
 
 
 def spoilt_unit(source: Path, place: Path, spoil: Callable[[Columns], Columns], file: str = "frf_noise.mat") -> Path:

@@ -18,7 +18,7 @@ from accept.judging import load_spec
 from accept.judging.reservations.nonconformance import decide
 from accept.store import Store, open_store
 from accept.store.decisions import DecisionError, Signer
-from accept.store.payloads import CertificateSigned, Decision, EntryUndone, NonconformanceDecided
+from accept.store.payloads import CertificateSigned, Disposition, EntryUndone, NonconformanceDecided
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
@@ -212,7 +212,7 @@ def test_a_disposition_that_nobody_signed_releases_nothing(session: Session, sto
         )
     technician = keys.unlock(home(), "technician", "correct horse")
     with pytest.raises(DecisionError, match="not of quality assurance"):
-        decide(store, "APA-02", Decision("rework", "x"), lambda: Signer(technician.key, technician.certificate))
+        decide(store, "APA-02", Disposition("rework", "x"), lambda: Signer(technician.key, technician.certificate))
     assert again(session) == "conditional"
 
 

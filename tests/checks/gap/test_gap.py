@@ -14,6 +14,7 @@ from scipy import stats
 from accept.gap.analyse_unit import run_gap
 from accept.models.model_file import open_model
 from checks.gap import effects as library
+from checks.gap.conditions.trial import check_same_unit
 from checks.gap.effects import EFFECTS, Effect, with_effects
 from checks.gap.modelling.augmented import Augmented
 from checks.gap.modelling.thresholds import THRESHOLDS, digest
@@ -21,7 +22,7 @@ from checks.gap.modelling.unmodelled_modes import unmodelled_modes
 from checks.gap.preparation import record_faults as early
 from checks.gap.search.candidates import Search
 from checks.gap.statistics.projected_residual import judge, project
-from checks.gap.workflow import GapRefused, check_same_unit, run
+from checks.gap.workflow import GapRefused, run
 from checks.model import Model
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, F, drawn, inputs, recorded, strut
 from tests.checks.model.units_model import NOMINAL

@@ -31,7 +31,7 @@ from checks.gap.search.candidates import Search
 from checks.gap.search.explanation import Explanation
 from checks.gap.search.forward import SearchResult
 from checks.gap.statistics.projected_residual import Adequacy, ExcessBand
-from checks.model import is_mode_factor
+from checks.model.parameters import is_mode_factor
 from tests.checks.gap.shared.gap_cases import drawn, recorded
 from validation.model_files import write_model
 from validation.sets import SETS, draw_set

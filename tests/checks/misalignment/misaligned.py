@@ -9,7 +9,8 @@ from accept.models.model_file import open_model
 from checks.fitting import Dataset
 from checks.fitting.dataset import simulated
 from checks.misalignment.table import MisalignmentTable, grid, table_frequencies
-from checks.model import Model, is_mode_factor
+from checks.model import Model
+from checks.model.parameters import is_mode_factor
 from tests.checks.model.units_model import NOMINAL
 
 F = np.arange(10.2, 1000.0, 0.85)  # bins of 20 s records, one window in 17 bins

@@ -284,6 +284,12 @@ class TestRefused:
         with pytest.raises(ModelError, match="mass is not positive"):
             modal(s)
 
+    def test_damping_that_overflows(self) -> None:
+        """A search that jumps far off reaches it: one run in some ended in a traceback."""
+        s = System(np.eye(2), np.full((2, 2), np.nan), np.eye(2), np.ones(2), np.eye(2), ("a", "b"))
+        with pytest.raises(ModelError, match="no modes can be found with such values"):
+            modal(s)
+
 
 def test_direct_solve_is_the_textbook_oscillator() -> None:
     """The reference that all else is compared with, itself against 1 / (k - m w^2 + i w c)."""

@@ -48,7 +48,7 @@ class TestPublishedFigures:
         assert amplification(apa, apa.nodes.actuator) == pytest.approx(-4.895, rel=PRINTED)
 
     def test_joint(self) -> None:
-        joint = read_superelement(FLEXOR, Nodes(0, 1, (0, 1), (0, 1)))
+        joint = read_superelement(FLEXOR)
         k = np.diag(end_stiffness(joint, 0, 1))
         assert mass(joint) == pytest.approx(0.0292, rel=PRINTED)
         assert k[:3] * 1e-6 == pytest.approx([12.7, 12.7, 93.95], rel=PRINTED)
@@ -104,8 +104,8 @@ class TestFiles:
         np.savetxt(tmp_path / "b_mat_M.CSV", s.M, delimiter=",", fmt="%.17g")
         (tmp_path / "b_out_nodes_3D.txt").write_text(ANSYS_NODES)
         one, other = (
-            read_superelement(tmp_path / "b.mat", s.nodes),
-            read_superelement(tmp_path / "b_mat_K.CSV", s.nodes),
+            read_superelement(tmp_path / "b.mat"),
+            read_superelement(tmp_path / "b_mat_K.CSV"),
         )
         for a, b in ((one.K, other.K), (one.M, other.M), (one.xyz, other.xyz)):
             np.testing.assert_array_equal(a, b)
@@ -137,7 +137,7 @@ class TestFiles:
             np.savetxt(tmp_path / f"b_{which}.CSV", getattr(s, which), delimiter=",", fmt="%.17g")
         (tmp_path / "b_out_nodes_3D.txt").write_text("    NODE DOF\n   4321 UX\n")
         with pytest.raises(ModelError, match=r"nodes without a place: \[4321\]"):
-            read_superelement(tmp_path / "b_K.CSV", s.nodes)
+            read_superelement(tmp_path / "b_K.CSV")
 
 
 ANSYS_NODES = """

@@ -44,11 +44,11 @@ def test_sparse_matrices_and_newer_files_give_the_same(tmp_path: Path, stack: di
     scipy.io.savemat(tmp_path / "plain.mat", stack)
     packed = {name: x if name == "int_xyz" else sparse.csc_matrix(x) for name, x in stack.items()}
     scipy.io.savemat(tmp_path / "sparse.mat", packed)
-    first = read_superelement(tmp_path / "plain.mat", NODES)
+    first = read_superelement(tmp_path / "plain.mat")
     others = [tmp_path / "sparse.mat", written_73(tmp_path / "new.mat", stack, False)]
     others.append(written_73(tmp_path / "new_sparse.mat", stack, True))
     for path in others:
-        found = read_superelement(path, NODES)
+        found = read_superelement(path)
         for one, other in ((first.K, found.K), (first.M, found.M), (first.xyz, found.xyz)):
             np.testing.assert_array_equal(one, other)
 

@@ -30,7 +30,7 @@ class UffResponse:
 def read_frf(path: Path, limits: ReadLimits = DEFAULT_LIMITS) -> UffResponse:
     """All frequency response functions of a universal file, text or binary. Raises RecordError unless they share one
     input and one frequency axis, and all values are finite."""
-    source = load_bytes(path, limits)
+    source = load_bytes(path, limits.max_bytes)
     with refused(source.file):
         found = [s for s in uff58.functions(source.file, source.raw) if s.kind == FRF]
         if not found:

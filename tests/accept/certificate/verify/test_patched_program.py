@@ -33,7 +33,7 @@ from accept.store import Event, open_store
 from accept.store import store as appending
 from accept.store.decisions import DecisionError, Signer
 from accept.store.opening import DATABASE
-from accept.store.payloads import Decision, StepNoted
+from accept.store.payloads import Disposition, StepNoted
 from accept.store.store import Store
 from accept.units import unit_folder
 from tests.accept.certificate.verify.test_statements import PHRASE, accept, certified, own_spec, plainly, unit, verified
@@ -383,7 +383,7 @@ def test_a_decision_without_a_certificate_is_about_what_was_shown(tmp_path: Path
     shown = open_nonconformances_of("B-1")
     noted("B-1", "stiffness", "frame cracked")
     with open_store() as store, pytest.raises(DecisionError, match="frame cracked"):
-        decide(store, "B-1", Decision("use-as-is", "only a scratch"), grace, shown)
+        decide(store, "B-1", Disposition("use-as-is", "only a scratch"), grace, shown)
     assert "stiffness: frame cracked" in accept("store", "dispose", "B-1", *CONCESSION).stderr
 
 

@@ -35,7 +35,8 @@ from checks.gap.search.explanation import Explanation
 from checks.gap.search.places import Places
 from checks.gap.statistics.projected_residual import project
 from checks.gap.workflow import Inputs, run
-from checks.model import Model, is_mode_factor
+from checks.model import Model
+from checks.model.parameters import is_mode_factor
 from tests.checks.gap.shared.gap_cases import CHANNELS, FS, TOLERANCE, F, drawn, recorded, strut
 from validation.model_files import write_model
 from validation.sets import Set
