@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.binding import Binding, BindingType
-from textual.events import Event, Key, MouseDown, Paste
+from textual.events import Event, Key, MouseDown
 from textual.filter import LineFilter, Monochrome
 
 from accept.tui import theme
@@ -77,7 +77,7 @@ class BenchApp(InOrder):
         """Return the filters of the base class; that of NO_COLOR takes cells without a style too."""
         return [theme.WITHOUT_COLOUR if isinstance(f, Monochrome) else f for f in super().get_line_filters()]
 
-    def waits_for_nothing(self, event: Key | Paste) -> bool:
+    def waits_for_nothing(self, event: Event) -> bool:
         return isinstance(event, Key) and event.key == "ctrl+q" and self.bench is None and not self.keys_wait
 
     async def action_quit(self) -> None:

@@ -12,7 +12,7 @@ from inspect import isawaitable
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import ActiveBinding, Binding, BindingType
-from textual.events import Click, Key
+from textual.events import Click
 from textual.reactive import Reactive
 from textual.screen import Screen
 from textual.timer import Timer
@@ -225,7 +225,7 @@ class Working(Screen[T]):
         caps = {self.app.get_key_display(each.binding): key for key, each in self.active_bindings.items()}
         before = [each[1] for each in _NAMED.finditer(words) if each.start() <= x < len(words)]
         if before and before[-1] in caps:
-            self.app.post_message(Key(caps[before[-1]], None))
+            self.app.simulate_key(caps[before[-1]])
 
     def tell(self, toast: Toast) -> None:
         """Show what was done for some seconds, in place of what was told before."""

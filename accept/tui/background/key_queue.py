@@ -1,4 +1,4 @@
-"""Keys in the order in which they were pressed: each is handed on when all that the ones before it began is there.
+"""Keys and clicks in the order in which they came: each is handed on when all that the ones before it began is there.
 
 A terminal sends a burst of keys faster than screens open: without this, a key reaches the screen that is being left, a
 line that does not have the focus yet, or nothing at all.
@@ -8,7 +8,8 @@ import asyncio
 from contextlib import suppress
 
 from textual.app import App, ScreenStackError
-from textual.events import Event, Key, Paste
+from textual.errors import NoWidget
+from textual.events import Event, Key, MouseUp, Paste
 
 from accept.tui.background.busy_screen import Working
 from accept.tui.widgets.text_entry import letters_arrived, typed
@@ -24,6 +25,7 @@ class InOrder(App[None]):
         self.pressed: asyncio.Queue[Event] = asyncio.Queue()
         self._handing_on: asyncio.Task[None] | None = None
         self._under_way = False  # a key was taken from the queue and is not handed on yet
+        self._by_click: list[Key] | None = None  # keys that the click under way presses, None without one
 
     @property
     def keys_wait(self) -> bool:
@@ -31,15 +33,22 @@ class InOrder(App[None]):
         return self._under_way or not self.pressed.empty()
 
     async def on_event(self, event: Event) -> None:
-        """Queue what is typed or pasted; all else goes its way at once."""
-        if not isinstance(event, Key | Paste) or event.is_forwarded or self.waits_for_nothing(event):
+        """Queue what is typed, pasted or clicked; all else goes its way at once."""
+        if not isinstance(event, Key | Paste | MouseUp) or event.is_forwarded or self.waits_for_nothing(event):
             await super().on_event(event)
             return
         self.pressed.put_nowait(event)
         if self._handing_on is None:
             self._handing_on = asyncio.create_task(self._hand_on())
 
-    def waits_for_nothing(self, _: Key | Paste) -> bool:
+    def simulate_key(self, key: str) -> None:
+        """Press a key, as a click on its name does: it comes before what was typed after that click."""
+        if self._by_click is None:
+            super().simulate_key(key)
+        else:
+            self._by_click.append(Key(key, None))
+
+    def waits_for_nothing(self, _: Event) -> bool:
         """Return whether a key acts before those that still wait."""
         return False
 
@@ -55,7 +64,10 @@ class InOrder(App[None]):
             self._under_way = True
             try:
                 await self._come_to_rest()
-                await super().on_event(event)
+                if isinstance(event, MouseUp):
+                    await self._click(event)
+                else:
+                    await super().on_event(event)
                 await self._come_to_rest()
             except Exception as error:  # noqa: BLE001 - as in the application's own loop: it ends the program, loudly
                 self._handle_exception(error)
@@ -63,6 +75,17 @@ class InOrder(App[None]):
             finally:
                 self._under_way = False
                 self.pressed.task_done()
+
+    async def _click(self, event: MouseUp) -> None:
+        """Hand on a click, then the keys that it presses."""
+        self._by_click = pressed = list[Key]()
+        with suppress(NoWidget, ScreenStackError):
+            widget, _ = self.get_widget_at(event.x, event.y)
+            await super().on_event(event)
+            await typed(self.screen, *(each for each in widget.ancestors_with_self if each is not self))
+        self._by_click = None
+        for key in pressed:
+            await super().on_event(key)
 
     async def _come_to_rest(self) -> None:
         """Wait until the screen in front is there, opens no other one, and has taken every key so far."""

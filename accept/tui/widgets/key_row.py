@@ -8,7 +8,7 @@ from typing import Any
 from rich.style import Style
 from rich.text import Text
 from textual.binding import ActiveBinding
-from textual.events import Click, Key
+from textual.events import Click
 from textual.screen import Screen
 from textual.widgets import Static
 
@@ -104,7 +104,7 @@ class KeyRow(Static):
     def on_click(self, event: Click) -> None:
         for each in self.placed:
             if each.column <= event.x < each.end:
-                self.app.post_message(Key(each.key, None))
+                self.app.simulate_key(each.key)
 
 
 def placed(keys: Sequence[ShownKey], width: int) -> Sequence[ShownKey]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 from rich.text import Text
+from textual.events import Key, MouseDown, MouseUp
 from textual.pilot import Pilot
 from textual.widget import Widget
 from textual.widgets import DataTable
@@ -311,3 +312,21 @@ async def test_a_question_is_answered_with_the_mouse(size: tuple[int, int]) -> N
             await click("next field")
         await click("Enter or Esc: close")  # the keys were made
         assert "Signed and verified" in words(pilot, "#status")
+
+
+async def test_what_is_typed_after_a_click_goes_where_it_leads() -> None:
+    """Red before: a click was handed on beside the keys that came after it, and a passphrase stood in another line."""
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        await fill_values(pilot)
+        await press(pilot, "f9")
+        rows = seen(pilot)
+        row = max(n for n, text in enumerate(rows) if "^S Sign" in text)
+        at = rows[row].index("^S Sign") + 2
+        for event in (MouseDown, MouseUp):
+            pilot.app.post_message(event(None, at, row, 0, 0, 1, False, False, False, at, row))
+        for letter in "correct":
+            pilot.app.post_message(Key(letter, letter))
+        await settled(pilot)
+        assert isinstance(pilot.app.screen, Question)
+        assert pilot.app.focused.value == "correct"
