@@ -3,10 +3,14 @@ revision of his own signature, nor leave something there that acts."""
 
 import io
 import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from datetime import timedelta
+from pathlib import Path
 
 import pytest
+from PIL import Image, ImageChops
 from pyhanko.pdf_utils import generic
 from pyhanko.pdf_utils.generic import pdf_name
 from pyhanko.pdf_utils.reader import PdfFileReader
@@ -135,3 +139,40 @@ def test_signing_leaves_nothing_to_clock_or_chance(bench: Bench) -> None:
     assert one == two
     later = sign(bench.unsigned, bench.technician, WHEN + timedelta(seconds=1))
     assert later != one
+
+
+DPI = 50
+
+
+def shown_by_poppler(pdf: bytes, folder: Path) -> list[Image.Image]:
+    folder.mkdir()
+    (folder / "page.pdf").write_bytes(pdf)
+    subprocess.run(["pdftoppm", "-r", str(DPI), "-png", folder / "page.pdf", folder / "p"], check=True)
+    return [Image.open(picture).convert("L") for picture in sorted(folder.glob("p*.png"))]
+
+
+def outside_the_boxes(pdf: bytes, drawn: list[Image.Image], shown: list[Image.Image]) -> list[int]:
+    """Return the pages that poppler shows otherwise than drawn, beside the boxes of the signatures."""
+    found = []
+    for n, (page, one, other) in enumerate(zip(PdfReader(io.BytesIO(pdf)).pages, drawn, shown, strict=True)):
+        left = ImageChops.difference(one, other)
+        for field in page.get("/Annots", ()):
+            x0, y0, x1, y1 = (float(v) * DPI / 72 for v in field.get_object()["/Rect"])
+            left.paste(0, (int(x0) - 1, int(one.height - y1) - 1, int(x1) + 2, int(one.height - y0) + 2))
+        found += [n] if one.size != other.size or left.getbbox() else []
+    return found
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="pdftoppm (poppler-utils) is not installed: no second eye")
+def test_poppler_shows_the_drawn_page_and_the_boxes_of_the_signatures(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """What is compared by bytes is what another program shows. A catalogue of the signer's own shows something else."""
+    drawn = shown_by_poppler(bench.unsigned, tmp_path / "drawn")
+    assert ImageChops.difference(drawn[0], Image.new("L", drawn[0].size, 255)).getbbox()  # not a white page
+    signed = shown_by_poppler(bench.signed, tmp_path / "signed")
+    assert outside_the_boxes(bench.signed, drawn, signed) == []
+    assert ImageChops.difference(drawn[0], signed[0]).getbbox()  # the box itself is filled
+    lie = signed_with(bench, monkeypatch, another_root)
+    assert outside_the_boxes(lie, drawn[:1], shown_by_poppler(lie, tmp_path / "lie")[:1]) == [0]
