@@ -4,7 +4,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 from accept.base.names import shown_name
@@ -66,8 +65,6 @@ class Event:
         return typed and digest(*fields[:-1]) == self.hash
 
 
-# each question to a store reads events that one before it read; typed: 1 and 1.0 are not the same content
-@lru_cache(maxsize=256, typed=True)
 def digest(*fields: int | str) -> str:
     """Return the SHA-256 of the fields as one JSON list without spaces, all beyond ASCII escaped.
 

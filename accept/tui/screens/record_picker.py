@@ -141,7 +141,7 @@ class Pick(Working[Path | None]):
         ]
         rows += [(folder, "folder", "", "") for folder in folders]
         for n, column in enumerate(table.ordered_columns):  # left to itself it is cut until there is nothing to do
-            column.width = max(len(str(column.label)), *(len(row[n]) for row in rows))
+            column.width = max(len(str(column.label)), *(len(row[n]) for row in rows), 0)
         clear = [entry.fits and not entry.other for entry in files] + [True] * len(folders)
         keys = [*(f"f:{entry.name}" for entry in files), *(f"d:{folder[:-1]}" for folder in folders)]
         for row, is_clear, key in zip(rows, clear, keys, strict=True):

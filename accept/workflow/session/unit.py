@@ -146,14 +146,16 @@ class OpenUnit:
 
     def vet(self, attempt: Attempt, inputs: Mapping[str, str]) -> None:
         """Raise EntryError if what was judged is not what was entered: the store has the hash of each record as it was
-        taken, and `unit.toml` follows from the entries. inputs: file -> sha256, as it was judged."""
+        taken, and `unit.toml` follows from the entries, those that came meanwhile too: what is judged with them does
+        not stand for those before. inputs: file -> sha256, as it was judged."""
         entries = (entry for step in attempt.steps.values() for entry in step.entries)
-        taken = {entry.file: entry.sha256 for entry in entries if isinstance(entry, RecordLinked)}
-        taken[UNIT_FILE] = hashlib.sha256(attach.text_of(self._document(attempt))).hexdigest()
+        taken = {entry.file: [entry.sha256] for entry in entries if isinstance(entry, RecordLinked)}
+        texts = (attach.text_of(self._document(each)) for each in (attempt, self.attempt))
+        taken[UNIT_FILE] = [hashlib.sha256(text).hexdigest() for text in texts]
         for name in sorted(taken.keys() & inputs.keys()):
-            if inputs[name] != taken[name]:
+            if inputs[name] not in taken[name]:
                 remedy = "Judge once more" if name == UNIT_FILE else "F2: take it again"
-                stored = f"sha256 {inputs[name][:12]}, the store has {taken[name][:12]}"
+                stored = f"sha256 {inputs[name][:12]}, the store has {taken[name][0][:12]}"
                 raise EntryError(f"{self.folder / name} is not what was entered ({stored}). {remedy}")
 
     def _document(self, attempt: Attempt) -> dict[str, Any]:

@@ -32,6 +32,7 @@ from checks.cause import Cause
 from checks.declare import Check, Scalar, Vector
 from checks.verdict import Finding, UnitVerdict, Verdict
 from specs.bench import parse_bench
+from specs.strict import LONGEST
 from specs.units import unit_of
 from tests.accept.units.test_calibration import bench_text
 from tests.causes import causes
@@ -93,8 +94,8 @@ def text_of(pdf: Path) -> str:
 
 
 def test_no_name_pushes_what_scales_out_of_the_line() -> None:
-    """Page and verify cut the line of inputs. Red before: after a name of 3000 letters the gain stood on neither."""
-    long = "n" * 4000
+    """Page and verify cut the line of inputs. Red before: after a long name the gain stood on neither."""
+    long = "n" * LONGEST
     read = {"name": "one_stack", "value": f"{long}.mat", "unit": "", "source": UNIT_FILE}
     taken = {"name": f"{CHANNELS}d", "value": {"name": long, "gain": 1.8}, "unit": "", "source": UNIT_FILE}
     (words,) = inputs_words({"findings": [{"check": "stroke", "inputs": [read, taken]}]}).values()

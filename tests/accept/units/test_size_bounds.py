@@ -25,9 +25,20 @@ UNKNOWN = "\n".join(f"key{n} = 1" for n in range(40_000))
         (HEAD + f'[origin]\ncondition = "{"x" * 900_000}"', "[origin] has 900015 letters, at most 100000 are read"),
         (f'serial = "{"x" * 900_000}"\nkind = "apa"', "[serial] has 900006 letters"),
         (HEAD + "[capacitance]\n" + "\n".join(f"{'k' * 900}{n} = 1" for n in range(100)), "and 90 more problems"),
-        (f'serial = "A-1"\nkind = "{"x" * 99_000}"', "more characters)"),
+        (f'serial = "A-1"\nkind = "{"x" * 99_000}"', "[kind] has 99000 letters in one text, at most 20000 are read"),
+        (f'serial = "A-1"\nkind = "{"x" * 19_000}"', "more characters)"),
     ],
-    ids=["top level", "section", "notes", "long note", "long text", "serial", "long keys", "long value"],
+    ids=[
+        "top level",
+        "section",
+        "notes",
+        "long note",
+        "long text",
+        "serial",
+        "long keys",
+        "longest value",
+        "long value",
+    ],
 )
 def test_a_unit_file_is_refused_in_few_words(tmp_path: Path, content: str, words: str) -> None:
     (tmp_path / "unit.toml").write_text(content)

@@ -252,12 +252,13 @@ async def test_what_moved_is_drawn_although_its_place_was_asked_for_before_it_wa
     """Red before: a result of four rows stood upon the first lines of the records below it. Once the screen had been
     scrolled, a line out of sight that changed meanwhile (the age of a record) had the places found anew."""
     sent: list[ChopsUpdate] = []
+    monkeypatch.setattr(Rows, "_display", lambda _, __, update: sent.append(update))
     async with Rows().run_test(size=(20, 10)) as pilot:
         room = pilot.app.screen.query_one("#room")
         for y in (2, 0):
             room.scroll_to(y=y, animate=False, immediate=True)
             await at_rest(pilot)
-        monkeypatch.setattr(Rows, "_display", lambda _, __, update: sent.append(update))
+        sent.clear()
         pilot.app.screen.query_one("#grows", Static).update("one\ntwo\nthree")
         while not pilot.app.screen._layout_required:
             await asyncio.sleep(0)
