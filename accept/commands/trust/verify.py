@@ -39,6 +39,7 @@ from specs.spec import load
 
 REQUIREMENTS = ("accepted", "countersigned", "approved", "current")
 LEAST_FOR_EACH, MOST_PROCESSES = 10, 4  # certificates that pay for the start of a process; each has 350 MB
+NOT_AUTHORISED = "NOT AUTHORISED by quality assurance"
 SERIAL = "serial="  # of the unit that it must be of, whatever the file is called
 _EXIT = {Validity.VALID: Exit.ACCEPTED, Validity.SIGNED: Exit.INCOMPLETE, Validity.NOT_VALID: Exit.REJECTED}
 
@@ -210,8 +211,11 @@ def _at_once(paths: Sequence[Path], options: VerifyOptions, workers: int | None)
 def _outcome(report: Verification) -> str:
     words = {Validity.VALID: "valid", Validity.SIGNED: "SIGNED, NOT FULLY VERIFIED", Validity.NOT_VALID: "NOT VALID"}
     simulated = f"{SIMULATED}: " if report.simulated else ""
-    waits = report.outcome is not Validity.NOT_VALID and not report.authorised
-    return simulated + ("NOT AUTHORISED by quality assurance, " if waits else "") + words[report.outcome]
+    return simulated + (f"{NOT_AUTHORISED}, " if _waits(report) else "") + words[report.outcome]
+
+
+def _waits(report: Verification) -> bool:
+    return report.outcome is not Validity.NOT_VALID and not report.authorised
 
 
 def _exit(report: Verification, missing: Sequence[str]) -> Exit:
@@ -235,11 +239,13 @@ def _of_many(
             reasons.append(f"{name}: {'; '.join((report.reason, *missing))}")
     documents = [{"certificate": str(path), **_document(report, missing).to_json()} for path, report, missing in found]
     required = " and as required" if any(missing for *_, missing in found) else ""
+    waiting = sum(e is Exit.ACCEPTED and _waits(report) for e, (_, report, _) in zip(exits, found, strict=True))
+    of_them = f", {waiting} of them {NOT_AUTHORISED}" if waiting else ""
     return Answer(
         File(json, documents),
         table(("certificate", "serial", "verdict", "is", "signed by"), rows, **PLAIN),
         *reasons,
-        f"{exits.count(Exit.ACCEPTED)} of {len(found)} certificates are valid{required}",
+        f"{exits.count(Exit.ACCEPTED)} of {len(found)} certificates are valid{required}{of_them}",
         *lines,
         exit=next((each for each in (Exit.REJECTED, Exit.INCOMPLETE) if each in (*exits, exit)), Exit.ACCEPTED),
     )

@@ -154,6 +154,10 @@ def test_the_countersigned_certificate_says_nothing_that_its_decision_refutes(re
     assert (before.exit_code, before.stdout.partition(";")[0]) == (
         0, "NOT AUTHORISED by quality assurance, valid: A held",
     )  # fmt: skip
+    many = accept("verify", pdf.parent)  # red before: no word qualified the count
+    assert "1 of 1 certificates are valid, 1 of them NOT AUTHORISED by quality assurance" in many.output.replace(
+        "\n", " "
+    )
     assert accept("countersign", pdf, "--disposition", "use-as-is", "--because", WHY).exit_code == 0
     page = page_of(pdf)
     assert "UNTIL QUALITY ASSURANCE" not in page
