@@ -144,7 +144,7 @@ class BenchApp(InOrder):
         if begin.queue is not None:
             await steps.begin_queue(begin.queue.step_at(begin.session.judgements.waiting), words)
 
-    async def _left(self, finished: bool | None) -> None:
+    async def _left(self, finished: bool | str | None) -> None:
         """Go back to the start screen, or to the next unit of the queue: a unit is left, finished or not."""
         queue = self.queue
         if finished and queue is not None and not await self.next_unit(queue):

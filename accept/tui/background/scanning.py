@@ -53,7 +53,7 @@ class OpensUnits(KnowsPassphrases, Protocol):
         """Return whether text is long enough for a passphrase and reads as no value."""
 
 
-class Scanning(Working[bool]):
+class Scanning(Working[bool | str]):
     """Collects letters until Enter, as a scanner sends them."""
 
     _scan = ""

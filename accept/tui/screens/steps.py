@@ -233,9 +233,13 @@ class Steps(Scanning):
         if words and isinstance(shown, Working):
             shown.say_first(words)
 
-    async def _back(self, goes_on: bool | None) -> None:
+    async def _back(self, goes_on: bool | str | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
-        Keys that follow wait for it. goes_on: None for the summary at once."""
+        Keys that follow wait for it. goes_on: None for the summary at once, the name of a step that has
+        new records."""
+        if isinstance(goes_on, str):
+            self._mended(goes_on)
+            return
         self._show()
         left = self._step_here()
         if goes_on is None or (goes_on and left is None):
@@ -288,7 +292,7 @@ class Steps(Scanning):
         if self.is_current:
             await self.app.push_screen(summary(self.bench, self.session), self._summed)
 
-    def _summed(self, finished: bool | None) -> None:
+    def _summed(self, finished: bool | str | None) -> None:
         self._show()
         if finished:
             self.leave(True)

@@ -455,7 +455,7 @@ def changed(d: StepDialogue, done: Toast) -> Turn:
 def mended(d: StepDialogue, step: str) -> Turn:
     """Begin with the new records of a training, or leave for the step that they belong to."""
     if d.step.derived or step != d.step.name:
-        return Turn(d, (do.Leave(False),))
+        return Turn(d, (do.Leave(step),))
     return Turn(d, (_first_look(d, "mended"),))
 
 

@@ -62,9 +62,10 @@ class Settle:
 
 @dataclass(frozen=True)
 class Leave:
-    """Close the screen. result: True for the next step, False for the list of steps, None for the summary."""
+    """Close the screen. result: True for the next step, False for the list of steps, the name of a step for its place
+    there, None for the summary."""
 
-    result: bool | None
+    result: bool | str | None
 
 
 @dataclass(frozen=True)

@@ -330,3 +330,14 @@ async def test_what_is_typed_after_a_click_goes_where_it_leads() -> None:
         await settled(pilot)
         assert isinstance(pilot.app.screen, Question)
         assert pilot.app.focused.value == "correct"
+
+
+async def test_a_repair_of_another_step_is_told_where_it_is() -> None:
+    async with running(size=ROOM) as pilot:
+        await begin(pilot)
+        await press(pilot, "enter")
+        pilot.app.screen.dismiss("stiffness")
+        await settled(pilot)
+        steps = pilot.app.screen.query_one(StepList)
+        assert pilot.app.session.steps[steps.cursor_row].name == "stiffness"
+        assert "measure the step again" in words(pilot, "#status")

@@ -40,6 +40,12 @@ def write_record(path: Path, names: tuple[str, ...] = CHANNELS, ago_s: float = A
     os.utime(path, (time.time() - ago_s,) * 2)
 
 
+def test_a_repair_of_another_step_leads_to_it():
+    """Red before: the list stood at the next step that was not done, and nothing named the one with new records."""
+    with at_step("stroke") as at:
+        assert dialogue.mended(at.d, "capacitance").effects == (do.Leave("capacitance"),)
+
+
 class TestEntries:
     def test_two_lines_of_a_scanner_land_in_their_two_fields(self):
         with at_step("capacitance") as at:
