@@ -47,13 +47,15 @@ def _read(serial: object) -> str:
 def _how(event: Event, serial: str, bench: str) -> Iterator[str]:
     wanted = _read(serial)
     match payload_of(event, SectionCaptured, CaptureFailed, UnitJudged, ValueTaken, RecordLinked, ReadingFailed):
+        case UnitJudged(result=result, bench=at) if not serial:
+            if at in ("", bench):
+                yield f"judged: {result.verdict}"
+        case _ if not wanted:
+            return  # a blank names no instrument, also none that states no serial number
         case SectionCaptured(section, serial=of) if _read(of) == wanted:
             yield f"measured {section}"
         case CaptureFailed(section, serial=of) if _read(of) == wanted:
             yield f"tried {section}"
-        case UnitJudged(result=result, bench=at) if not serial:
-            if at in ("", bench):
-                yield f"judged: {result.verdict}"
         case UnitJudged(result=result):
             rows: list[dict[str, Any]] = (result.calibration or {}).get("instruments", [])
             checks = [row["check"] for row in rows if _read(row.get("serial")) == wanted]

@@ -239,7 +239,7 @@ def _of_many(
             reasons.append(f"{name}: {'; '.join((report.reason, *missing))}")
     documents = [{"certificate": str(path), **_document(report, missing).to_json()} for path, report, missing in found]
     required = " and as required" if any(missing for *_, missing in found) else ""
-    waiting = sum(e is Exit.ACCEPTED and _waits(report) for e, (_, report, _) in zip(exits, found, strict=True))
+    waiting = sum(_waits(r) and _exit(r, missing) is Exit.ACCEPTED for p, r, missing in found if p not in aside)
     of_them = f", {waiting} of them {NOT_AUTHORISED}" if waiting else ""
     return Answer(
         File(json, documents),

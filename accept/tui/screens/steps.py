@@ -235,8 +235,7 @@ class Steps(Scanning):
 
     async def _back(self, goes_on: bool | str | None) -> None:
         """Stand at the next incomplete step, and open it if Enter asked for it; behind the last step open the summary.
-        Keys that follow wait for it. goes_on: None for the summary at once, the name of a step that has
-        new records."""
+        Keys that follow wait for it. goes_on: None for the summary at once, the name of a step with new records."""
         if isinstance(goes_on, str):
             self._mended(goes_on)
             return

@@ -253,13 +253,13 @@ class Summary(Scanning):
             self._shown = d.facts.result
             self._show_result(d.facts.result)
         self._show_ticks()
-        shown, words, page = self.query_one("#certificate", Static), d.certificate_words, d.facts.certificate
+        words, page = d.certificate_words, d.facts.certificate
         if page is not None:
             within = folded(f"in {Path(page).parent}", self.query_one("#paper").size.width)
             fits = self.app.size.width < WIDE_FROM and len(f"Certificate: {page}") <= self.size.width
             words = words if fits else words.replace(str(page), f"{Path(page).name}\n{within}")
             words += "\n^E: open it"
-        shown.update(words)
+        self.query_one("#certificate", Static).update(words)
         if (d.row, d.detail) != self._told:
             self._told = d.row, d.detail
             self.query_one("#detail", Static).update(_detail(d))

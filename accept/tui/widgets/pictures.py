@@ -60,7 +60,7 @@ def units_before(session: Session, step: WorkflowStep) -> Sequence[Panel]:
 
 
 def first_pictures(session: Session, most: int) -> Sequence[Panel]:
-    """Return a picture of each step, at most so many: those of steps that did not pass are left out last."""
+    """Return a picture of each step in their order, at most so many: those that did not pass are left out last."""
     found = []
     for n, step in enumerate(session.steps):
         panels = [*pictures_of(session, step).values(), *units_before(session, step)]
@@ -68,7 +68,8 @@ def first_pictures(session: Session, most: int) -> Sequence[Panel]:
         if panels and judgement is not None:
             passed = all(f.verdict is Verdict.PASS for f in judgement.findings)
             found.append((passed, n, panels[0]))
-    return [panel for _, _, panel in sorted(sorted(found, key=lambda each: each[:2])[:most], key=lambda each: each[1])]
+    chosen = sorted(found, key=lambda each: each[:2])[:most]  # what did not pass first
+    return [panel for _, _, panel in sorted(chosen, key=lambda each: each[1])]
 
 
 async def show_in(holder: Widget, panels: Sequence[Panel]) -> None:

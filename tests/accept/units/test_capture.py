@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 from datetime import UTC, date, datetime
 
 import numpy as np
@@ -172,6 +173,9 @@ def test_an_instrument_is_recalled_by_what_it_measured_now_and_in_stores_of_befo
     with open_store() as store:
         store.write(before, "APA-77", who="T")
         found = [(t.unit, t.how) for t in touched(store.events(), "SIM-LCR", date(2020, 1, 1))]
+        store.write(replace(before, serial=None), "APA-78", who="T")
+        nothing = touched(store.events(), " ", date(2020, 1, 1))
+    assert nothing == []  # red before: a blank was the name of every instrument that states no serial number
     assert found == [
         ("APA-01", "read capacitance sensor_uF"),
         ("APA-01", "read capacitance actuator_uF"),

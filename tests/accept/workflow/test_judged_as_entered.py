@@ -9,18 +9,15 @@ import pytest
 
 from accept.base.home import home
 from accept.certificate import SigningRefused
-from accept.certificate.trust import keys
-from accept.judging import load_spec
 from accept.store import Store, open_store
 from accept.store.payloads import CertificateSigned, StepJudged, UnitJudged
 from accept.units import UNIT_FILE
 from accept.workflow import certify
 from accept.workflow.entry.parse_entry import EntryError
 from accept.workflow.session import Session
-from accept.workflow.session.open_session import open_session
 from accept.workflow.worker.judging import judge_here, judge_step, judge_whole_unit
 from tests.accept.units.units import GOOD, make_unit
-from tests.accept.workflow.test_workflow import declared, fill
+from tests.accept.workflow.test_workflow import declared, filled
 from tests.shared.command_line import accept
 
 PLACES = [(x, y) for x in (-29.5, -16, 16, 29.5) for y in (9, -9)]
@@ -36,12 +33,8 @@ def store() -> Iterator[Store]:
 
 @pytest.fixture
 def session(store: Store) -> Iterator[Session]:
-    keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
-    opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
-    opened.begin({})
-    fill(opened)
-    yield opened
-    opened.close()
+    with filled(store) as opened:
+        yield opened
 
 
 def link(session: Session, folder: Path, text: str) -> Path:

@@ -26,7 +26,7 @@ from accept.workflow.session.open_session import open_session
 from accept.workflow.steps.unit_list import KnownUnit, known_unit
 from accept.workflow.worker.judging import judge_whole_unit
 from checks.declare import Measured
-from tests.accept.workflow.test_workflow import fill
+from tests.accept.workflow.test_workflow import fill, filled
 from tests.shared.command_line import accept
 
 WHY = "quality assurance is asked"
@@ -41,12 +41,8 @@ def store() -> Iterator[Store]:
 
 @pytest.fixture
 def session(store: Store) -> Iterator[Session]:
-    keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
-    opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
-    opened.begin({})
-    fill(opened)
-    yield opened
-    opened.close()
+    with filled(store) as opened:
+        yield opened
 
 
 def batch(folder: Path, out: Path) -> dict[str, object]:

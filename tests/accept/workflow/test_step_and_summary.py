@@ -24,6 +24,7 @@ from checks.declare import Measured
 from checks.quantity import Quantity
 from checks.verdict import Finding, Verdict, judge
 from hw.records import own_record
+from tests.accept.workflow.test_workflow import begun
 
 
 @pytest.fixture
@@ -34,10 +35,8 @@ def store():
 
 @pytest.fixture
 def session(store: Store):
-    opened = open_session(store, home(), load_spec("apa"), "Ann", "APA-02")
-    opened.begin({})
-    yield opened
-    opened.close()
+    with begun(store, "apa") as opened:
+        yield opened
 
 
 def take(session: Session, step: str, name: str, value: float) -> None:

@@ -1,6 +1,7 @@
 """The workflow without screens: events, their fold, the unit's folder, judging, signing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -39,12 +40,27 @@ def store():
         yield opened
 
 
-@pytest.fixture
-def session(store: Store):
-    opened = open_session(store, home(), load_spec("apa-basic"), "Ann", "APA-02")
+@contextmanager
+def begun(store: Store, spec: str = "apa-basic") -> Iterator[Session]:
+    opened = open_session(store, home(), load_spec(spec), "Ann", "APA-02")
     opened.begin({})
     yield opened
     opened.close()
+
+
+@contextmanager
+def filled(store: Store) -> Iterator[Session]:
+    """Every value of a unit is entered, at a bench with keys."""
+    keys.init(home(), "correct horse", "Ann", "Quinn", "battery staple")
+    with begun(store) as opened:
+        fill(opened)
+        yield opened
+
+
+@pytest.fixture
+def session(store: Store):
+    with begun(store) as opened:
+        yield opened
 
 
 def declared(session: Session, step: str, name: str):
